@@ -1,0 +1,1 @@
+//! Broad and narrow phase, bodies, contact and friction potentials

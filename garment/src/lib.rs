@@ -1,0 +1,1 @@
+//! Sewing patterns to panels, triangulation, seams and placement on a body

@@ -1,0 +1,1 @@
+//! Scene plan, assembly, Newton, step control and stop rules

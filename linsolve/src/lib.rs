@@ -1,0 +1,1 @@
+//! Block sparse operators, filters, Krylov and direct solvers, preconditioners

@@ -1,0 +1,1 @@
+//! MCAP recording, checkpoint and resume, exports

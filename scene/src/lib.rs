@@ -1,0 +1,1 @@
+//! Scene files, validation, effect planning and the run driver

@@ -1,0 +1,1 @@
+//! Triangle shells: meshes, fabrics, membrane, bending, damping, seams and trims

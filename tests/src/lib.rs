@@ -1,0 +1,1 @@
+//! Cross-crate truth: analytic cases, determinism, effects-off-cost-nothing
