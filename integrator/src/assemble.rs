@@ -1,0 +1,364 @@
+//! Evaluation of terms in chunks, and the scatter of their derivatives.
+
+use std::cell::RefCell;
+use std::ops::Range;
+use std::time::Instant;
+
+use rayon::prelude::*;
+use selvedge_energy::{Curvature, EnergyBatch, EvalPoint};
+use selvedge_linsolve::{ChunkColouring, Pattern, Real, SharedValues, colour_chunks};
+
+use crate::{Ledger, PlanError, Term};
+
+/// How threads share the arrays that they scatter into.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scatter {
+    /// Chunks of stencils that share a point never run together: plain writes,
+    /// same bits for any number of threads.
+    #[default]
+    Coloured,
+    /// All chunks at once with atomic additions. The order of the sums depends
+    /// on the threads; kept as a baseline.
+    Atomics,
+}
+
+/// Settings of the assembly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct AssemblyOptions {
+    /// Scatter method.
+    pub scatter: Scatter,
+    /// Stencils in a chunk, the unit of parallel work.
+    pub chunk: usize,
+}
+
+impl Default for AssemblyOptions {
+    fn default() -> Self {
+        Self { scatter: Scatter::Coloured, chunk: 128 }
+    }
+}
+
+/// Stencils evaluated by one virtual call: their local matrices stay in the
+/// first-level cache.
+const BLOCK: usize = 16;
+
+/// Energy of one term [J], in the plan's order.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TermEnergy {
+    /// Name of the term.
+    pub name: String,
+    /// Energy [J].
+    pub value: f64,
+}
+
+thread_local! {
+    static SCRATCH: RefCell<[Vec<f64>; 2]> = const { RefCell::new([Vec::new(), Vec::new()]) };
+}
+
+/// Order of work on one term.
+struct Schedule {
+    colouring: ChunkColouring,
+    /// Matrix slots of the pairs `a < b` of every stencil, see [`slots`].
+    slots: Vec<u32>,
+    values: Vec<f64>,
+}
+
+/// Marks a slot whose block is stored transposed.
+const TRANSPOSED: u32 = 1 << 31;
+
+/// Evaluates the terms of a plan in parallel.
+pub(crate) struct Assembler {
+    options: AssemblyOptions,
+    schedules: Vec<Schedule>,
+}
+
+impl Assembler {
+    /// Colours the chunks of every term; `pattern` adds their matrix slots.
+    pub(crate) fn new(
+        points: usize,
+        terms: &[Term],
+        pattern: Option<&Pattern>,
+        options: AssemblyOptions,
+    ) -> Result<Self, PlanError> {
+        if options.chunk == 0 {
+            return Err(PlanError::Setting { name: "chunk", value: 0.0, allowed: "at least 1" });
+        }
+        let mut schedules = Vec::with_capacity(terms.len());
+        for term in terms {
+            let batch = term.batch.as_ref();
+            if batch.node_dims().iter().any(|d| *d != 3) {
+                return Err(PlanError::Scalars { term: batch.name().into() });
+            }
+            let stencils = (0..batch.len()).map(|e| batch.nodes(e));
+            let mut colouring = colour_chunks(points, stencils, options.chunk);
+            if options.scatter == Scatter::Atomics {
+                let all = (0..colouring.chunks.len() as u32).collect();
+                colouring.colours = vec![all];
+            }
+            let slots = pattern.map(|p| slots(batch, p)).unwrap_or_default();
+            let values = vec![0.0; colouring.chunks.len()];
+            schedules.push(Schedule { colouring, slots, values });
+        }
+        Ok(Self { options, schedules })
+    }
+
+    /// Adds `−dt · factor · gradient` of every term to `impulse` and writes
+    /// the energies.
+    pub(crate) fn add_impulse(
+        &mut self,
+        terms: &[Term],
+        at: &EvalPoint<'_>,
+        stiffness: f64,
+        impulse: &mut [f64],
+        energies: &mut [f64],
+        ledger: &mut Ledger,
+    ) {
+        let atomic = self.options.scatter == Scatter::Atomics;
+        let out = SharedValues::new(impulse);
+        for ((term, schedule), energy) in terms.iter().zip(&mut self.schedules).zip(energies) {
+            let start = Instant::now();
+            let batch = term.batch.as_ref();
+            let factor = if term.relaxed { stiffness } else { 1.0 };
+            let m = batch.local_dim();
+            schedule.run(|range, [g, _]| {
+                g.resize(BLOCK * m, 0.0);
+                let mut value = 0.0;
+                for block in blocks(range) {
+                    let g = &mut g[..block.len() * m];
+                    value += batch.gradients(at, block.clone(), g);
+                    scatter_gradient(batch, block, g, -at.dt * factor, &out, atomic);
+                }
+                value
+            });
+            *energy = factor * schedule.sum();
+            ledger.book("forces", start.elapsed());
+        }
+    }
+
+    /// As [`add_impulse`](Self::add_impulse), and adds `dt² · factor · hessian`
+    /// to the blocks of the upper triangle in `values`.
+    #[allow(clippy::too_many_arguments)]
+    pub(crate) fn add_matrix<T: Real>(
+        &mut self,
+        terms: &[Term],
+        at: &EvalPoint<'_>,
+        curvature: Curvature,
+        stiffness: f64,
+        (pattern, values): (&Pattern, &mut [T]),
+        impulse: &mut [f64],
+        energies: &mut [f64],
+        ledger: &mut Ledger,
+    ) {
+        let atomic = self.options.scatter == Scatter::Atomics;
+        let out = SharedValues::new(impulse);
+        let blocks_out = SharedValues::new(values);
+        for ((term, schedule), energy) in terms.iter().zip(&mut self.schedules).zip(energies) {
+            let start = Instant::now();
+            let batch = term.batch.as_ref();
+            let factor = if term.relaxed { stiffness } else { 1.0 };
+            let scale = at.dt * at.dt * factor;
+            let m = batch.local_dim();
+            let slots = std::mem::take(&mut schedule.slots);
+            schedule.run(|range, [g, h]| {
+                g.resize(BLOCK * m, 0.0);
+                h.resize(BLOCK * m * m, 0.0);
+                let mut value = 0.0;
+                for block in blocks(range) {
+                    let g = &mut g[..block.len() * m];
+                    let h = &mut h[..block.len() * m * m];
+                    value += batch.hessians(at, curvature, block.clone(), g, h);
+                    scatter_gradient(batch, block.clone(), g, -at.dt * factor, &out, atomic);
+                    let target = Target { pattern, slots: &slots, values: &blocks_out, atomic };
+                    match m {
+                        3 => target.scatter::<1, 3>(batch, block, h, scale),
+                        6 => target.scatter::<2, 6>(batch, block, h, scale),
+                        9 => target.scatter::<3, 9>(batch, block, h, scale),
+                        12 => target.scatter::<4, 12>(batch, block, h, scale),
+                        _ => target.scatter_any(batch, block, h, scale),
+                    }
+                }
+                value
+            });
+            schedule.slots = slots;
+            *energy = factor * schedule.sum();
+            ledger.time_term("assembly", batch.name(), start.elapsed());
+        }
+    }
+
+    pub(crate) fn heap_bytes(&self) -> usize {
+        self.schedules
+            .iter()
+            .map(|s| {
+                size_of_val(s.slots.as_slice())
+                    + s.colouring.chunks.len() * (size_of::<Range<u32>>() + 4 + 8)
+            })
+            .sum()
+    }
+}
+
+impl Schedule {
+    /// Runs `work` on every chunk, colour by colour, and keeps what it returns.
+    fn run(&mut self, work: impl Fn(Range<usize>, &mut [Vec<f64>; 2]) -> f64 + Sync) {
+        let chunks = &self.colouring.chunks;
+        for colour in &self.colouring.colours {
+            let one = |&c: &u32| {
+                let r = &chunks[c as usize];
+                let range = r.start as usize..r.end as usize;
+                (c, SCRATCH.with_borrow_mut(|scratch| work(range, scratch)))
+            };
+            // A lone chunk is not worth a thread's wake-up.
+            if colour.len() < 2 || rayon::current_num_threads() == 1 {
+                for c in colour {
+                    let (c, value) = one(c);
+                    self.values[c as usize] = value;
+                }
+            } else {
+                let done: Vec<(u32, f64)> = colour.par_iter().map(one).collect();
+                for (c, value) in done {
+                    self.values[c as usize] = value;
+                }
+            }
+        }
+    }
+
+    fn sum(&self) -> f64 {
+        self.values.iter().sum()
+    }
+}
+
+fn blocks(range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+    let end = range.end;
+    range.step_by(BLOCK).map(move |from| from..(from + BLOCK).min(end))
+}
+
+/// Slots of the off-diagonal pairs `a < b` of each stencil, in the upper
+/// triangle of the matrix; the diagonal's are found from the pattern.
+fn slots(batch: &dyn EnergyBatch, pattern: &Pattern) -> Vec<u32> {
+    let n = batch.node_dims().len();
+    let mut all = Vec::with_capacity(batch.len() * n * (n - 1) / 2);
+    for e in 0..batch.len() {
+        let nodes = batch.nodes(e);
+        for a in 0..n {
+            for b in a + 1..n {
+                let (i, j) = (nodes[a], nodes[b]);
+                let (slot, flag) = if i <= j {
+                    (pattern.slot(i, j), 0)
+                } else {
+                    (pattern.slot(j, i), TRANSPOSED)
+                };
+                // The pattern is built from these very stencils.
+                let slot = slot.expect("every pair of a stencil is in the pattern");
+                all.push(slot | flag);
+            }
+        }
+    }
+    all
+}
+
+fn scatter_gradient(
+    batch: &dyn EnergyBatch,
+    block: Range<usize>,
+    gradients: &[f64],
+    factor: f64,
+    out: &SharedValues<'_, f64>,
+    atomic: bool,
+) {
+    let (gradients, _) = gradients.as_chunks::<3>();
+    let mut at = 0;
+    for e in block {
+        for &node in batch.nodes(e) {
+            let g = gradients[at].map(|g| factor * g);
+            if atomic {
+                out.add_point_atomic(node, &g);
+            } else {
+                out.add_point(node, &g);
+            }
+            at += 1;
+        }
+    }
+}
+
+struct Target<'a, T: Real> {
+    pattern: &'a Pattern,
+    slots: &'a [u32],
+    values: &'a SharedValues<'a, T>,
+    atomic: bool,
+}
+
+impl<T: Real> Target<'_, T> {
+    #[inline]
+    fn add(&self, slot: u32, block: &[[f64; 3]; 3], scale: f64) {
+        if self.atomic {
+            self.values.add_block_atomic(slot, block, scale);
+        } else {
+            self.values.add_block(slot, block, scale);
+        }
+    }
+
+    fn scatter<const N: usize, const M: usize>(
+        &self,
+        batch: &dyn EnergyBatch,
+        block: Range<usize>,
+        hessians: &[f64],
+        scale: f64,
+    ) {
+        let (rows, _) = hessians.as_chunks::<M>();
+        let (hessians, _) = rows.as_chunks::<M>();
+        let pairs = N * (N - 1) / 2;
+        for (e, h) in block.zip(hessians) {
+            let nodes = batch.nodes(e);
+            let slots = &self.slots[e * pairs..(e + 1) * pairs];
+            let mut pair = 0;
+            for a in 0..N {
+                let diagonal = sub_block::<M>(h, a, a);
+                self.add(self.pattern.diagonal_slot(nodes[a]), &diagonal, scale);
+                for b in a + 1..N {
+                    let slot = slots[pair];
+                    pair += 1;
+                    let (slot, h) = if slot & TRANSPOSED == 0 {
+                        (slot, sub_block::<M>(h, a, b))
+                    } else {
+                        (slot & !TRANSPOSED, sub_block::<M>(h, b, a))
+                    };
+                    self.add(slot, &h, scale);
+                }
+            }
+        }
+    }
+
+    /// Stencils of other sizes.
+    fn scatter_any(
+        &self,
+        batch: &dyn EnergyBatch,
+        block: Range<usize>,
+        hessians: &[f64],
+        scale: f64,
+    ) {
+        let n = batch.node_dims().len();
+        let m = 3 * n;
+        let pairs = n * (n - 1) / 2;
+        for (e, h) in block.zip(hessians.chunks_exact(m * m)) {
+            let nodes = batch.nodes(e);
+            let sub = |a: usize, b: usize| {
+                std::array::from_fn(|i| std::array::from_fn(|j| h[(3 * a + i) * m + 3 * b + j]))
+            };
+            let mut pair = e * pairs;
+            for a in 0..n {
+                self.add(self.pattern.diagonal_slot(nodes[a]), &sub(a, a), scale);
+                for b in a + 1..n {
+                    let slot = self.slots[pair];
+                    pair += 1;
+                    if slot & TRANSPOSED == 0 {
+                        self.add(slot, &sub(a, b), scale);
+                    } else {
+                        self.add(slot & !TRANSPOSED, &sub(b, a), scale);
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[inline]
+fn sub_block<const M: usize>(h: &[[f64; M]; M], a: usize, b: usize) -> [[f64; 3]; 3] {
+    std::array::from_fn(|i| std::array::from_fn(|j| h[3 * a + i][3 * b + j]))
+}

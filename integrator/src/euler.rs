@@ -1,0 +1,447 @@
+use selvedge_collision::StepStart;
+use selvedge_energy::{Curvature, EvalPoint};
+use selvedge_linsolve::{Filter, SolveReport, SolveStatus};
+
+use crate::contact::Contacts;
+use crate::norm::residual_norm;
+use crate::{
+    CurvaturePolicy, Evaluation, Integrator, Ledger, NewtonSettings, Pins, PlanError, ScenePlan,
+    State, StepError, StepReport, StepRequest, TermEnergy,
+};
+
+/// Backward Euler by Newton's method in velocities with a backtracking line
+/// search on the residual.
+///
+/// ```text
+/// b(v) = M (v_0 − v) + h F(x_0 + h v, v),   A Δv = b,   A = M − h² ∂F/∂x − h ∂F/∂v
+/// ```
+/// [Pizana2025, Alg. 1]. A step is accepted when `‖b‖` falls below the
+/// tolerance *after* at least one solve: tested at entry, free fall would stop
+/// in mid-air, since the first residual of a small step is tiny in `N·s`.
+///
+/// Deviations: a step whose residual is down to round-off counts as converged,
+/// and [`CurvaturePolicy::Auto`] repeats an iteration with positive
+/// semidefinite curvature before it gives up.
+pub struct BackwardEuler {
+    settings: NewtonSettings,
+    contacts: Contacts,
+    /// Unknowns at the end of the step, for the iterate or the try at hand.
+    q: Vec<f64>,
+    v: Vec<f64>,
+    dv: Vec<f64>,
+    b: Vec<f64>,
+    b_try: Vec<f64>,
+    energies: Vec<f64>,
+}
+
+/// How one Newton iteration ended.
+enum Iteration {
+    Reduced,
+    RoundOff,
+}
+
+impl BackwardEuler {
+    /// Checks the settings; arrays are sized by the first step.
+    ///
+    /// # Errors
+    /// [`PlanError::Setting`] for a value outside its range.
+    pub fn new(settings: NewtonSettings) -> Result<Self, PlanError> {
+        settings.validate()?;
+        Ok(Self {
+            settings,
+            contacts: Contacts::default(),
+            q: Vec::new(),
+            v: Vec::new(),
+            dv: Vec::new(),
+            b: Vec::new(),
+            b_try: Vec::new(),
+            energies: Vec::new(),
+        })
+    }
+
+    /// Settings in use.
+    pub fn settings(&self) -> &NewtonSettings {
+        &self.settings
+    }
+
+    fn newton(
+        &mut self,
+        plan: &mut ScenePlan,
+        state: &State,
+        request: StepRequest,
+        ledger: &mut Ledger,
+    ) -> Result<StepReport, StepError> {
+        let mut report = StepReport::default();
+        let mut residual = f64::NAN;
+        for iteration in 0..self.settings.iterations {
+            report.newton_iterations += 1;
+            let end =
+                self.iterate(plan, state, request, iteration, &mut residual, &mut report, ledger)?;
+            if residual < self.settings.tolerance || matches!(end, Iteration::RoundOff) {
+                report.residual = residual;
+                return Ok(report);
+            }
+        }
+        Err(StepError::NotConverged {
+            iterations: self.settings.iterations,
+            residual,
+            tolerance: self.settings.tolerance,
+        })
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn iterate(
+        &mut self,
+        plan: &mut ScenePlan,
+        state: &State,
+        request: StepRequest,
+        iteration: usize,
+        residual: &mut f64,
+        report: &mut StepReport,
+        ledger: &mut Ledger,
+    ) -> Result<Iteration, StepError> {
+        let policy = self.settings.curvature;
+        let mut curvature = match policy {
+            CurvaturePolicy::Projected => Curvature::Projected,
+            _ => Curvature::Exact,
+        };
+        loop {
+            *residual = self.assemble(plan, state, request, curvature, ledger)?;
+            let solve = self.solve(plan, ledger)?;
+            report.linear_iterations += solve.iterations;
+            let negative = solve.status == SolveStatus::NegativeCurvature;
+            report.negative_curvature += usize::from(negative);
+            let may_project =
+                policy == CurvaturePolicy::Auto && curvature == Curvature::Exact;
+            if negative && may_project {
+                curvature = Curvature::Projected;
+                report.projected += 1;
+                continue;
+            }
+            if let Some(smaller) =
+                self.line_search(plan, state, request, *residual, report, ledger)?
+            {
+                *residual = smaller;
+                return Ok(Iteration::Reduced);
+            }
+            if *residual <= self.round_off(plan, state, request) {
+                return Ok(Iteration::RoundOff);
+            }
+            if !may_project {
+                return Err(StepError::LineSearch { iteration, residual: *residual });
+            }
+            curvature = Curvature::Projected;
+            report.projected += 1;
+        }
+    }
+
+    /// Assembles matrix and residual at the current iterate.
+    fn assemble(
+        &mut self,
+        plan: &mut ScenePlan,
+        state: &State,
+        request: StepRequest,
+        curvature: Curvature,
+        ledger: &mut Ledger,
+    ) -> Result<f64, StepError> {
+        extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
+        let at = EvalPoint {
+            layout: state.layout,
+            q: &self.q,
+            q_start: &state.q,
+            dt: request.dt,
+        };
+        inertial_impulse(plan, state, &self.v, None, request.dt, &mut self.b);
+        self.contacts.add_impulse(&mut plan.contacts, &at, true, &mut self.b, ledger)?;
+        let evaluation = Evaluation {
+            terms: &plan.terms,
+            at,
+            stiffness: request.stiffness,
+            masses: &plan.inertia.masses,
+        };
+        plan.system.assemble(
+            &evaluation,
+            curvature,
+            &self.contacts.response,
+            &mut self.b,
+            &mut self.energies,
+            ledger,
+        );
+        project(&plan.pins, &mut self.b);
+        let residual = residual_norm(self.settings.norm, &self.b, &plan.inertia.masses);
+        if !residual.is_finite() {
+            return Err(not_finite(plan, state, &at, &self.b));
+        }
+        Ok(residual)
+    }
+
+    fn solve(
+        &mut self,
+        plan: &mut ScenePlan,
+        ledger: &mut Ledger,
+    ) -> Result<SolveReport, StepError> {
+        let filter = plan.pins.as_ref().map(|p| &p.filter);
+        let (system, b, dv) = (&mut plan.system, &self.b, &mut self.dv);
+        Ok(ledger.time("solve", || system.solve(b, filter, dv))?)
+    }
+
+    /// Takes the first of the steps 1, ½, ¼, … that reduces the residual and
+    /// returns it; the iterate and its residual are left as they were if none
+    /// does.
+    fn line_search(
+        &mut self,
+        plan: &mut ScenePlan,
+        state: &State,
+        request: StepRequest,
+        residual: f64,
+        report: &mut StepReport,
+        ledger: &mut Ledger,
+    ) -> Result<Option<f64>, StepError> {
+        let mut factor = 1.0;
+        for _ in 0..self.settings.line_search_tries {
+            let along = Some((self.dv.as_slice(), factor));
+            extrapolate(&state.q, &self.v, along, request.dt, &mut self.q);
+            let at = EvalPoint {
+                layout: state.layout,
+                q: &self.q,
+                q_start: &state.q,
+                dt: request.dt,
+            };
+            inertial_impulse(plan, state, &self.v, along, request.dt, &mut self.b_try);
+            self.contacts.add_impulse(&mut plan.contacts, &at, false, &mut self.b_try, ledger)?;
+            let evaluation = Evaluation {
+                terms: &plan.terms,
+                at,
+                stiffness: request.stiffness,
+                masses: &plan.inertia.masses,
+            };
+            plan.system.add_impulse(&evaluation, &mut self.b_try, &mut self.energies, ledger);
+            project(&plan.pins, &mut self.b_try);
+            let tried = residual_norm(self.settings.norm, &self.b_try, &plan.inertia.masses);
+            if tried.is_finite() && tried < residual {
+                for (v, dv) in self.v.iter_mut().zip(&self.dv) {
+                    *v += factor * dv;
+                }
+                std::mem::swap(&mut self.b, &mut self.b_try);
+                return Ok(Some(tried));
+            }
+            factor *= 0.5;
+            report.halvings += 1;
+        }
+        Ok(None)
+    }
+
+    /// Residual that cancellation alone can leave: `16 ε (‖M v_0‖ + ‖M v‖ +
+    /// ‖h |F|‖)` with `|F|` the sum of absolute contributions of each point.
+    fn round_off(&mut self, plan: &mut ScenePlan, state: &State, request: StepRequest) -> f64 {
+        extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
+        let at = EvalPoint {
+            layout: state.layout,
+            q: &self.q,
+            q_start: &state.q,
+            dt: request.dt,
+        };
+        let sum = &mut self.b_try;
+        for (i, s) in sum.iter_mut().enumerate() {
+            let m = plan.inertia.masses[i / 3];
+            let gravity = request.dt * plan.inertia.gravity[i % 3].abs();
+            *s = m * (state.v[i].abs() + self.v[i].abs() + gravity);
+        }
+        let mut g = Vec::new();
+        for term in &plan.terms {
+            let batch = term.batch.as_ref();
+            let factor = request.dt * if term.relaxed { request.stiffness } else { 1.0 };
+            g.resize(batch.local_dim(), 0.0);
+            for e in 0..batch.len() {
+                batch.gradients(&at, e..e + 1, &mut g);
+                for (&n, g) in batch.nodes(e).iter().zip(g.as_chunks::<3>().0) {
+                    for i in 0..3 {
+                        sum[3 * n as usize + i] += factor * g[i].abs();
+                    }
+                }
+            }
+        }
+        16.0 * f64::EPSILON * residual_norm(self.settings.norm, sum, &plan.inertia.masses)
+    }
+
+    fn resize(&mut self, dim: usize, terms: usize) {
+        for array in [&mut self.q, &mut self.v, &mut self.dv, &mut self.b, &mut self.b_try] {
+            array.resize(dim, 0.0);
+        }
+        self.energies.resize(terms, 0.0);
+    }
+}
+
+impl Integrator for BackwardEuler {
+    fn name(&self) -> &str {
+        "backward-euler"
+    }
+
+    fn step(
+        &mut self,
+        plan: &mut ScenePlan,
+        state: &mut State,
+        request: StepRequest,
+        ledger: &mut Ledger,
+    ) -> Result<StepReport, StepError> {
+        self.resize(state.layout.dim(), plan.terms.len());
+        if let Some((point, what)) = state.first_not_finite() {
+            return Err(not_finite_at(state, point, what, None));
+        }
+        self.v.copy_from_slice(&state.v);
+        let time_end = state.time + request.dt;
+        if let Some(pins) = &plan.pins {
+            prescribe(pins, &state.q, time_end, request.dt, &mut self.v);
+        }
+        let start = EvalPoint {
+            layout: state.layout,
+            q: &state.q,
+            q_start: &state.q,
+            dt: request.dt,
+        };
+        for term in &mut plan.terms {
+            term.batch.begin_step(&start);
+        }
+        extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
+        let at_start = |q: &[f64]| -> _ {
+            StepStart { q_start: &state.q, q_predicted: q, dt: request.dt, time: state.time }
+        };
+        self.contacts.begin_step(&mut plan.contacts, &at_start(&self.q), ledger)?;
+
+        let report = loop {
+            let report = self.newton(plan, state, request, ledger)?;
+            extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
+            let at = EvalPoint {
+                layout: state.layout,
+                q: &self.q,
+                q_start: &state.q,
+                dt: request.dt,
+            };
+            if plan.contacts.iter().all(|c| c.covers(&at)) {
+                break report;
+            }
+            // Newton goes on from its own result with candidates that cover it.
+            self.contacts.detect(&mut plan.contacts, &at_start(&self.q), ledger)?;
+        };
+
+        let at = EvalPoint {
+            layout: state.layout,
+            q: &self.q,
+            q_start: &state.q,
+            dt: request.dt,
+        };
+        for term in &mut plan.terms {
+            term.batch.commit(&at);
+        }
+        for contact in &mut plan.contacts {
+            contact.commit(&at);
+        }
+        state.q.copy_from_slice(&self.q);
+        state.v.copy_from_slice(&self.v);
+        state.time = time_end;
+        let names = plan.terms.iter().map(|t| t.batch.name().to_owned());
+        let energies = names.zip(&self.energies);
+        Ok(StepReport {
+            energies: energies.map(|(name, &value)| TermEnergy { name, value }).collect(),
+            contacts: plan.contacts.iter().map(|c| c.active()).sum(),
+            candidates: plan.contacts.iter().map(|c| c.candidates()).sum(),
+            max_penetration: plan.contacts.iter().map(|c| c.max_penetration()).fold(0.0, f64::max),
+            ..report
+        })
+    }
+
+    fn heap_bytes(&self) -> usize {
+        5 * size_of_val(self.q.as_slice()) + self.contacts.response.heap_bytes()
+    }
+}
+
+/// Gives constrained directions the velocity that brings them to their target.
+fn prescribe(pins: &Pins, q: &[f64], time_end: f64, dt: f64, v: &mut [f64]) {
+    // v ← S v + (I − S) w with w the velocity towards the target: S is linear,
+    // so S (v − w) + w does it.
+    let (q, _) = q.as_chunks::<3>();
+    let shift = |v: &mut [f64], sign: f64| {
+        let (v, _) = v.as_chunks_mut::<3>();
+        for (k, &p) in pins.points.iter().enumerate() {
+            let p = p as usize;
+            let target = pins.trajectory.position(k, time_end);
+            for i in 0..3 {
+                v[p][i] += sign * (target[i] - q[p][i]) / dt;
+            }
+        }
+    };
+    shift(v, -1.0);
+    Filter::<f64>::project(&pins.filter, v);
+    shift(v, 1.0);
+}
+
+fn project(pins: &Option<Pins>, b: &mut [f64]) {
+    if let Some(pins) = pins {
+        Filter::<f64>::project(&pins.filter, b);
+    }
+}
+
+/// `out = q + dt (v + factor dv)`
+fn extrapolate(q: &[f64], v: &[f64], along: Option<(&[f64], f64)>, dt: f64, out: &mut [f64]) {
+    match along {
+        None => {
+            for ((out, q), v) in out.iter_mut().zip(q).zip(v) {
+                *out = q + dt * v;
+            }
+        }
+        Some((dv, factor)) => {
+            for (((out, q), v), dv) in out.iter_mut().zip(q).zip(v).zip(dv) {
+                *out = q + dt * (v + factor * dv);
+            }
+        }
+    }
+}
+
+/// `out = M (v_0 − v − factor dv) + dt M g`
+fn inertial_impulse(
+    plan: &ScenePlan,
+    state: &State,
+    v: &[f64],
+    along: Option<(&[f64], f64)>,
+    dt: f64,
+    out: &mut [f64],
+) {
+    let gravity = plan.inertia.gravity.map(|g| dt * g);
+    let (out, _) = out.as_chunks_mut::<3>();
+    let (v0, _) = state.v.as_chunks::<3>();
+    let (v, _) = v.as_chunks::<3>();
+    for (p, &m) in plan.inertia.masses.iter().enumerate() {
+        for i in 0..3 {
+            let dv = along.map_or(0.0, |(dv, factor)| factor * dv[3 * p + i]);
+            out[p][i] = m * (v0[p][i] - (v[p][i] + dv) + gravity[i]);
+        }
+    }
+}
+
+/// Names the term and the point behind a residual that is not finite.
+fn not_finite(plan: &ScenePlan, state: &State, at: &EvalPoint<'_>, b: &[f64]) -> StepError {
+    let mut g = Vec::new();
+    for term in &plan.terms {
+        let batch = term.batch.as_ref();
+        g.resize(batch.local_dim(), 0.0);
+        for e in 0..batch.len() {
+            let value = batch.gradients(at, e..e + 1, &mut g);
+            if !value.is_finite() || g.iter().any(|g| !g.is_finite()) {
+                let point = batch.nodes(e)[0] as usize;
+                return not_finite_at(state, point, "the force", Some(batch.name().to_owned()));
+            }
+        }
+    }
+    let point = b.iter().position(|b| !b.is_finite()).unwrap_or(0) / 3;
+    not_finite_at(state, point, "the residual", None)
+}
+
+fn not_finite_at(
+    state: &State,
+    point: usize,
+    what: &'static str,
+    term: Option<String>,
+) -> StepError {
+    let at = |i: usize| state.q.get(3 * point + i).copied().unwrap_or(f64::NAN);
+    StepError::NotFinite { what, point, x: at(0), y: at(1), z: at(2), term }
+}

@@ -1,0 +1,37 @@
+use rayon::prelude::*;
+
+use crate::ResidualNorm;
+
+/// Points a parallel reduction takes at once; fixed, so that sums do not
+/// depend on the number of threads.
+const CHUNK: usize = 4096;
+
+/// Norm of a residual [N·s]: m/s for the mass norm, N·s as printed.
+pub(crate) fn residual_norm(norm: ResidualNorm, f: &[f64], masses: &[f64]) -> f64 {
+    let (f, _) = f.as_chunks::<3>();
+    let square = |f: &[f64; 3]| f[0] * f[0] + f[1] * f[1] + f[2] * f[2];
+    let partial: Vec<[f64; 2]> = f
+        .par_chunks(CHUNK)
+        .zip(masses.par_chunks(CHUNK))
+        .map(|(f, m)| {
+            let mut sum = [0.0; 2];
+            for (f, m) in f.iter().zip(m) {
+                match norm {
+                    ResidualNorm::Mass => sum[0] += square(f) / m,
+                    ResidualNorm::Paper => sum[0] += square(f),
+                }
+                sum[1] += m;
+            }
+            sum
+        })
+        .collect();
+    let (mut sum, mut mass) = (0.0, 0.0);
+    for [s, m] in partial {
+        sum += s;
+        mass += m;
+    }
+    match norm {
+        ResidualNorm::Mass if mass > 0.0 => (sum / mass).sqrt(),
+        _ => sum.sqrt(),
+    }
+}

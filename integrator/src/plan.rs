@@ -1,0 +1,143 @@
+use selvedge_collision::ContactSource;
+use selvedge_energy::{DofLayout, EnergyBatch};
+use selvedge_linsolve::BlockFilter;
+
+use crate::{NewtonSystem, PlanError};
+
+/// Everything that a scene calls for, and nothing else: an effect that is off
+/// is absent.
+pub struct ScenePlan {
+    /// Shape of the unknowns.
+    pub layout: DofLayout,
+    /// Mass and gravity.
+    pub inertia: Inertia,
+    /// Energies and dissipative terms.
+    pub terms: Vec<Term>,
+    /// Contact with bodies and with the cloth itself.
+    pub contacts: Vec<Box<dyn ContactSource>>,
+    /// Prescribed points.
+    pub pins: Option<Pins>,
+    /// Newton's matrix and its linear solver.
+    pub system: Box<dyn NewtonSystem>,
+}
+
+/// Lumped masses and the field that pulls on them.
+#[derive(Clone, Debug)]
+pub struct Inertia {
+    /// Mass of each point [kg].
+    pub masses: Vec<f64>,
+    /// Acceleration of gravity [m/s²].
+    pub gravity: [f64; 3],
+}
+
+/// One energy of a plan.
+pub struct Term {
+    /// The energy.
+    pub batch: Box<dyn EnergyBatch>,
+    /// Whether initial relaxation scales it: the fabric's own stiffness is
+    /// scaled, seams, pins and bodies are not.
+    pub relaxed: bool,
+}
+
+impl Term {
+    /// A term of the fabric, which initial relaxation softens.
+    pub fn fabric(batch: Box<dyn EnergyBatch>) -> Self {
+        Self { batch, relaxed: true }
+    }
+
+    /// A term that keeps its stiffness.
+    pub fn fixed(batch: Box<dyn EnergyBatch>) -> Self {
+        Self { batch, relaxed: false }
+    }
+}
+
+/// Points whose motion is prescribed, in all directions or in some.
+pub struct Pins {
+    /// Projector on the free directions.
+    pub filter: BlockFilter,
+    /// The constrained points, in the order of the trajectory's indices.
+    pub points: Vec<u32>,
+    /// Where they go.
+    pub trajectory: Box<dyn Trajectory>,
+}
+
+/// Prescribed positions over time.
+pub trait Trajectory: Send + Sync {
+    /// Position [m] of pin `k` at a time [s]; only its constrained directions
+    /// matter.
+    fn position(&self, k: usize, time: f64) -> [f64; 3];
+}
+
+/// Pins that stay where they are.
+#[derive(Clone, Debug)]
+pub struct Fixed(pub Vec<[f64; 3]>);
+
+impl Trajectory for Fixed {
+    fn position(&self, k: usize, _: f64) -> [f64; 3] {
+        self.0[k]
+    }
+}
+
+impl ScenePlan {
+    /// Checks that every part describes the same points.
+    ///
+    /// # Errors
+    /// [`PlanError`] for the first disagreement.
+    pub fn validate(&self) -> Result<(), PlanError> {
+        let points = self.layout.points;
+        if self.inertia.masses.len() != points {
+            return Err(PlanError::Length {
+                what: "masses",
+                found: self.inertia.masses.len(),
+                expected: points,
+            });
+        }
+        for (point, &mass) in self.inertia.masses.iter().enumerate() {
+            if !(mass > 0.0 && mass.is_finite()) {
+                return Err(PlanError::Mass { point, mass });
+            }
+        }
+        for term in &self.terms {
+            check_nodes(term.batch.as_ref(), self.layout)?;
+        }
+        if let Some(pins) = &self.pins {
+            for &p in &pins.points {
+                if p as usize >= points {
+                    return Err(PlanError::Node {
+                        term: "pins".into(),
+                        stencil: 0,
+                        node: p,
+                        count: points,
+                    });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Heap memory of terms, contacts, masses and the system [bytes].
+    pub fn heap_bytes(&self) -> usize {
+        self.terms.iter().map(|t| t.batch.heap_bytes()).sum::<usize>()
+            + self.contacts.iter().map(|c| c.heap_bytes()).sum::<usize>()
+            + size_of_val(self.inertia.masses.as_slice())
+            + self.system.heap_bytes()
+    }
+}
+
+fn check_nodes(batch: &dyn EnergyBatch, layout: DofLayout) -> Result<(), PlanError> {
+    let dims = batch.node_dims();
+    for e in 0..batch.len() {
+        for (&node, &dim) in batch.nodes(e).iter().zip(dims) {
+            let count = if dim == 3 { layout.points } else { layout.scalars };
+            if node as usize >= count {
+                return Err(PlanError::Node {
+                    term: batch.name().into(),
+                    stencil: e,
+                    node,
+                    count,
+                });
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,57 @@
+use crate::{Ledger, ScenePlan, State, StepError, TermEnergy};
+
+/// One step asked of an integrator.
+#[derive(Clone, Copy, Debug)]
+pub struct StepRequest {
+    /// Length [s].
+    pub dt: f64,
+    /// Factor on the stiffness of relaxed terms [1].
+    pub stiffness: f64,
+}
+
+/// Advances a state by one step.
+pub trait Integrator: Send {
+    /// Name in scene files and reports.
+    fn name(&self) -> &str;
+
+    /// Makes one step. Time, unknowns and rates of `state` and the history of
+    /// the plan change only when it returns `Ok`.
+    ///
+    /// # Errors
+    /// [`StepError`]; a smaller step may succeed from the same state.
+    fn step(
+        &mut self,
+        plan: &mut ScenePlan,
+        state: &mut State,
+        request: StepRequest,
+        ledger: &mut Ledger,
+    ) -> Result<StepReport, StepError>;
+
+    /// Heap memory of work arrays [bytes].
+    fn heap_bytes(&self) -> usize;
+}
+
+/// What an accepted step took.
+#[derive(Clone, Debug, Default)]
+pub struct StepReport {
+    /// Newton iterations.
+    pub newton_iterations: usize,
+    /// Iterations of the linear solver, summed.
+    pub linear_iterations: usize,
+    /// Line-search halvings, summed.
+    pub halvings: usize,
+    /// Linear solves that met negative curvature.
+    pub negative_curvature: usize,
+    /// Iterations repeated with projected curvature.
+    pub projected: usize,
+    /// Final residual in the units of the chosen norm.
+    pub residual: f64,
+    /// Energy of every term at the end of the step [J].
+    pub energies: Vec<TermEnergy>,
+    /// Active contacts at the end of the step.
+    pub contacts: usize,
+    /// Contact candidates.
+    pub candidates: usize,
+    /// Deepest contact penetration [m].
+    pub max_penetration: f64,
+}

@@ -1,0 +1,69 @@
+//! Newton's matrix: how it is stored, assembled and solved with.
+
+mod dual;
+mod reassembled;
+
+pub use dual::DualSystem;
+pub use reassembled::ReassembledSystem;
+
+use selvedge_collision::ContactResponse;
+use selvedge_energy::{Curvature, EvalPoint};
+use selvedge_linsolve::{BlockFilter, LinsolveError, SolveReport};
+
+use crate::{Ledger, Term};
+
+/// Where Newton's matrix or the forces are evaluated.
+#[derive(Clone, Copy)]
+pub struct Evaluation<'a> {
+    /// Terms of the plan.
+    pub terms: &'a [Term],
+    /// Unknowns.
+    pub at: EvalPoint<'a>,
+    /// Factor on the stiffness of relaxed terms [1].
+    pub stiffness: f64,
+    /// Mass of each point [kg].
+    pub masses: &'a [f64],
+}
+
+/// The matrix `A = M + dt² (∂²E/∂q² + contact)` [kg] of one Newton iteration,
+/// together with its linear solver: the seam at which storage, precision,
+/// preconditioner and solver are swapped.
+pub trait NewtonSystem: Send {
+    /// Storage, precision and solver in words, for reports.
+    fn name(&self) -> String;
+
+    /// Adds `−dt ∂E/∂q` [N·s] to `impulse` and writes each term's energy [J].
+    fn add_impulse(
+        &mut self,
+        at: &Evaluation<'_>,
+        impulse: &mut [f64],
+        energies: &mut [f64],
+        ledger: &mut Ledger,
+    );
+
+    /// As [`add_impulse`](Self::add_impulse), and assembles the matrix; the
+    /// contacts' own impulse is not added.
+    fn assemble(
+        &mut self,
+        at: &Evaluation<'_>,
+        curvature: Curvature,
+        contacts: &ContactResponse,
+        impulse: &mut [f64],
+        energies: &mut [f64],
+        ledger: &mut Ledger,
+    );
+
+    /// Solves `A x = b` within the filter's range, from zero.
+    ///
+    /// # Errors
+    /// [`LinsolveError`] when the solver cannot give any iterate.
+    fn solve(
+        &mut self,
+        b: &[f64],
+        filter: Option<&BlockFilter>,
+        x: &mut [f64],
+    ) -> Result<SolveReport, LinsolveError>;
+
+    /// Heap memory held [bytes].
+    fn heap_bytes(&self) -> usize;
+}

@@ -1,0 +1,125 @@
+use std::sync::Arc;
+
+use selvedge_collision::ContactResponse;
+use selvedge_energy::Curvature;
+use selvedge_linsolve::{
+    BlockFilter, Bsr, DualMatrix, Filter, LinearSolver, LinsolveError, NoFilter, Pattern, Real,
+    SolveReport, WeightedBlocks,
+};
+
+use super::{Evaluation, NewtonSystem};
+use crate::assemble::Assembler;
+use crate::{AssemblyOptions, Ledger, PlanError, Term};
+
+/// Static matrix with slots found once, and contacts kept apart
+/// [Pizana2025, § 4.1].
+pub struct DualSystem<T: Real> {
+    assembler: Assembler,
+    matrix: DualMatrix<T>,
+    solver: Box<dyn LinearSolver<T>>,
+}
+
+impl<T: Real> DualSystem<T> {
+    /// Builds the static pattern from the terms' stencils.
+    ///
+    /// # Errors
+    /// [`PlanError`] for a term with scalar unknowns or a bad option.
+    pub fn new(
+        points: usize,
+        terms: &[Term],
+        options: AssemblyOptions,
+        solver: Box<dyn LinearSolver<T>>,
+    ) -> Result<Self, PlanError> {
+        let groups = terms.iter().flat_map(|t| {
+            let batch = t.batch.as_ref();
+            (0..batch.len()).map(move |e| batch.nodes(e))
+        });
+        let pattern = Arc::new(Pattern::from_groups(points, groups));
+        let assembler = Assembler::new(points, terms, Some(&pattern), options)?;
+        let matrix = DualMatrix { stat: Bsr::zeros(pattern), dynamic: WeightedBlocks::new(points) };
+        Ok(Self { assembler, matrix, solver })
+    }
+
+    /// The matrix as last assembled.
+    pub fn matrix(&self) -> &DualMatrix<T> {
+        &self.matrix
+    }
+}
+
+impl<T: Real> NewtonSystem for DualSystem<T>
+where
+    BlockFilter: Filter<T>,
+    NoFilter: Filter<T>,
+{
+    fn name(&self) -> String {
+        format!("dual {}, {}", T::NAME, self.solver.name())
+    }
+
+    fn add_impulse(
+        &mut self,
+        e: &Evaluation<'_>,
+        impulse: &mut [f64],
+        energies: &mut [f64],
+        ledger: &mut Ledger,
+    ) {
+        self.assembler.add_impulse(e.terms, &e.at, e.stiffness, impulse, energies, ledger);
+    }
+
+    fn assemble(
+        &mut self,
+        e: &Evaluation<'_>,
+        curvature: Curvature,
+        contacts: &ContactResponse,
+        impulse: &mut [f64],
+        energies: &mut [f64],
+        ledger: &mut Ledger,
+    ) {
+        let stat = &mut self.matrix.stat;
+        ledger.time("assembly: zero", || stat.fill_zero());
+        let pattern = stat.pattern().clone();
+        self.assembler.add_matrix(
+            e.terms,
+            &e.at,
+            curvature,
+            e.stiffness,
+            (&pattern, stat.values_mut()),
+            impulse,
+            energies,
+            ledger,
+        );
+        ledger.time("assembly: mirror", || stat.mirror_upper());
+        let dt2 = e.at.dt * e.at.dt;
+        ledger.time("assembly: contact", || {
+            for (i, &m) in e.masses.iter().enumerate() {
+                stat.add_to_diagonal(i, m);
+            }
+            for (&i, k) in contacts.body_nodes.iter().zip(&contacts.body_curvature) {
+                stat.add_block(pattern.diagonal_slot(i), k, dt2);
+            }
+            self.matrix.dynamic.rebuild(
+                pattern.points(),
+                &contacts.nodes,
+                &contacts.weights,
+                &contacts.curvature,
+                dt2,
+            );
+        });
+    }
+
+    fn solve(
+        &mut self,
+        b: &[f64],
+        filter: Option<&BlockFilter>,
+        x: &mut [f64],
+    ) -> Result<SolveReport, LinsolveError> {
+        x.fill(0.0);
+        match filter {
+            Some(f) => self.solver.solve(&self.matrix, b, f, x),
+            None => self.solver.solve(&self.matrix, b, &NoFilter, x),
+        }
+    }
+
+    fn heap_bytes(&self) -> usize {
+        self.assembler.heap_bytes() + self.matrix.heap_bytes() + self.solver.heap_bytes()
+    }
+}
