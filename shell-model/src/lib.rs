@@ -1,1 +1,3 @@
 //! Triangle shells: meshes, fabrics, membrane, bending, damping, seams and trims
+
+pub mod fabric;
