@@ -44,7 +44,7 @@ impl BendingRigidity {
         2.0 * self.bias - 0.5 * (self.warp + self.weft)
     }
 
-    /// `B(ψ)` of a strip at `angle` [rad] from the warp [N·m].
+    /// `B(ψ)` of a strip at `angle` \[rad\] from the warp [N·m].
     pub fn rigidity(&self, angle: f64) -> f64 {
         let (s, c) = angle.sin_cos();
         let (c2, s2) = (c * c, s * s);
@@ -91,8 +91,8 @@ mod tests {
     /// rigidity.
     #[test]
     fn positivity_limit() {
-        let (u, v) = (4e-5, 1e-5);
-        let limit: f64 = 0.25 * (u + v) - 0.5 * (u * v as f64).sqrt();
+        let (u, v): (f64, f64) = (4e-5, 1e-5);
+        let limit = 0.25 * (u + v) - 0.5 * (u * v).sqrt();
         let just_above = BendingRigidity::new(u, v, limit * 1.001).unwrap();
         let least = (0..1800)
             .map(|i| just_above.rigidity(f64::from(i) * 1e-3))

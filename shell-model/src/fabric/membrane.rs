@@ -6,7 +6,7 @@ use super::error::{positive, value};
 /// ```text
 /// σ = C ε,   C = [[k_u, k_uv, 0], [k_uv, k_v, 0], [0, 0, k_s]],   ε = (ε_uu, ε_vv, γ_uv),  γ_uv = 2 ε_uv
 /// ```
-/// after [Volino2009]. `C` must be positive definite.
+/// after \[Volino2009\]. `C` must be positive definite.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
 pub struct MembraneModuli {
     /// `k_u`, warp [N/m].
@@ -132,7 +132,7 @@ impl MembraneModuli {
         ]
     }
 
-    /// Modulus that a uniaxial strip test at `angle` [rad] from the warp
+    /// Modulus that a uniaxial strip test at `angle` \[rad\] from the warp
     /// measures [N/m].
     ///
     /// ```text
@@ -146,7 +146,7 @@ impl MembraneModuli {
         1.0 / (normal + a * b / self.shear)
     }
 
-    /// Poisson's ratio `ν_uv` [1]: weft contraction per warp extension.
+    /// Poisson's ratio `ν_uv` \[1\]: weft contraction per warp extension.
     pub fn poisson(&self) -> f64 {
         self.coupling / self.weft
     }

@@ -38,15 +38,15 @@ pub use file::{FabricRecord, Provenance, SourceKind, read_fabric};
 pub use measured::{MeasuredFabric, read_measured};
 pub use membrane::MembraneModuli;
 
-/// Default drag coefficient `α` [1/s], from [Pizana2025].
+/// Default drag coefficient `α` [1/s], from \[Pizana2025\].
 pub const DEFAULT_DRAG: f64 = 5.0;
-/// Default membrane dissipation `β_s` [s], from [Pizana2025].
+/// Default membrane dissipation `β_s` \[s\], from \[Pizana2025\].
 pub const DEFAULT_MEMBRANE_DAMPING: f64 = 1e-2;
-/// Default bending dissipation `β_b` [s], from [Pizana2025].
+/// Default bending dissipation `β_b` \[s\], from \[Pizana2025\].
 pub const DEFAULT_BENDING_DAMPING: f64 = 1e-1;
-/// Default cloth-cloth friction coefficient [1].
+/// Default cloth-cloth friction coefficient \[1\].
 pub const DEFAULT_FRICTION: f64 = 0.3;
-/// Default fabric thickness [m].
+/// Default fabric thickness \[m\].
 pub const DEFAULT_THICKNESS: f64 = 5e-4;
 /// Standard gravity [m/s²], for quantities defined by a laboratory test.
 pub const STANDARD_GRAVITY: f64 = 9.80665;
@@ -58,18 +58,18 @@ pub struct Fabric {
     pub name: String,
     /// Areal density `ρ` [kg/m²].
     pub density: f64,
-    /// Thickness [m]; used by contact and export only, the moduli already
+    /// Thickness \[m\]; used by contact and export only, the moduli already
     /// contain it.
     pub thickness: f64,
     /// Membrane moduli [N/m].
     pub membrane: MembraneModuli,
     /// Flexural rigidities [N·m].
     pub bending: BendingRigidity,
-    /// Membrane dissipation `β_s` [s]: viscous moduli are `β_s C`.
+    /// Membrane dissipation `β_s` \[s\]: viscous moduli are `β_s C`.
     pub membrane_damping: f64,
-    /// Bending dissipation `β_b` [s].
+    /// Bending dissipation `β_b` \[s\].
     pub bending_damping: f64,
-    /// Coulomb friction coefficient of cloth on cloth [1].
+    /// Coulomb friction coefficient of cloth on cloth \[1\].
     pub friction: f64,
     /// Drag against the still air `α` [1/s]: force `−α m v`.
     pub drag: f64,
@@ -120,7 +120,7 @@ impl Fabric {
     }
 
     /// Bending length of a strip cut along the warp, as in the Peirce
-    /// cantilever test [m].
+    /// cantilever test \[m\].
     ///
     /// ```text
     /// c = (B_u / (ρ g))^(1/3)
@@ -129,7 +129,7 @@ impl Fabric {
         self.bending_length(0.0)
     }
 
-    /// Bending length of a strip cut at `angle` [rad] from the warp [m].
+    /// Bending length of a strip cut at `angle` \[rad\] from the warp \[m\].
     pub fn bending_length(&self, angle: f64) -> f64 {
         (self.bending.rigidity(angle) / (self.density * STANDARD_GRAVITY)).cbrt()
     }
