@@ -1,0 +1,113 @@
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+use crate::effects::EffectRow;
+
+/// Version of the layout of [`Summary`].
+pub const SUMMARY_SCHEMA: u32 = 1;
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// The cloth came to rest.
+    Converged,
+    /// The simulated time is over.
+    Finished,
+    /// The user stopped the run; it can be resumed.
+    Stopped,
+    /// The run could not go on.
+    Failed,
+}
+
+/// The contents of `summary.json`, a stable contract.
+#[derive(Clone, Debug, Serialize)]
+pub struct Summary {
+    /// Version of this layout.
+    pub schema: u32,
+    /// How the run ended.
+    pub status: Status,
+    /// Why it ended, in a sentence.
+    pub reason: String,
+    /// Simulated time of the drape [s].
+    pub simulated_s: f64,
+    /// Wall time of the stepping [s].
+    pub wall_s: f64,
+    /// User time of the stepping, all threads [s].
+    pub cpu_s: f64,
+    /// Worker threads.
+    pub threads: usize,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Rejected steps.
+    pub rejected_steps: u64,
+    /// Newton iterations of accepted steps.
+    pub newton_iterations: u64,
+    /// Iterations of the linear solver in accepted steps.
+    pub linear_iterations: u64,
+    /// Points of the mesh.
+    pub points: usize,
+    /// Scalar unknowns.
+    pub scalars: usize,
+    /// Triangles of the mesh.
+    pub triangles: usize,
+    /// Peak resident memory of the process [bytes].
+    pub peak_memory_bytes: u64,
+    /// Heap memory of the simulation itself [bytes].
+    pub simulation_bytes: usize,
+    /// Deepest penetration of a body at the end [m].
+    pub max_penetration_m: f64,
+    /// Edge-triangle intersections of the cloth with itself at the end.
+    pub self_intersections: usize,
+    /// Largest `|l / l_0 − 1|` over all edges [1].
+    pub max_abs_edge_strain: f64,
+    /// Mean `|l / l_0 − 1|` over all edges [1].
+    pub mean_abs_edge_strain: f64,
+    /// Largest gap between seam partners at the end [m].
+    pub max_seam_gap_m: f64,
+    /// Kinetic energy at the end [J].
+    pub kinetic_energy_j: f64,
+    /// Newton residual of the last step, in the units of the chosen norm.
+    pub residual: f64,
+    /// Estimated error [m]; `null` unless it was asked for.
+    pub error_estimate: Option<f64>,
+    /// Wall time by stage [s].
+    pub stages: BTreeMap<String, f64>,
+    /// Stages that a garment went through before the drape.
+    pub assembly: Vec<StageSummary>,
+    /// Every effect: on or off, why, and its cost.
+    pub effects: Vec<EffectRow>,
+    /// All effective settings.
+    pub settings: serde_json::Value,
+    /// Version of the program.
+    pub version: String,
+    /// Hash of the final positions and velocities.
+    pub final_state_hash: String,
+    /// Findings of the doctor that did not stop the run.
+    pub warnings: Vec<String>,
+}
+
+/// One stage of a garment's assembly.
+#[derive(Clone, Debug, Serialize)]
+pub struct StageSummary {
+    /// Name of the stage.
+    pub name: String,
+    /// What is on and off during the stage.
+    pub what: String,
+    /// Simulated time [s].
+    pub simulated_s: f64,
+    /// Wall time [s].
+    pub wall_s: f64,
+    /// Accepted steps.
+    pub steps: u64,
+    /// Rejected steps.
+    pub rejected_steps: u64,
+    /// Largest `|l / l_0 − 1|` at its end [1].
+    pub max_abs_edge_strain: f64,
+    /// Mean `|l / l_0 − 1|` at its end [1].
+    pub mean_abs_edge_strain: f64,
+    /// Deepest penetration of a body at its end [m].
+    pub max_penetration_m: f64,
+    /// Edge-triangle intersections at its end.
+    pub self_intersections: usize,
+}
