@@ -26,7 +26,7 @@ impl MeasuredFabric {
     ///
     /// ```text
     /// k_u = c_11,  k_v = c_22,  k_uv = c_12,  k_s = c_33 / 2          (row 0)
-    /// B_u = bending[0][0],  B_b = bending\[1\][0],  B_v = bending[2][0]
+    /// B_u = bending[0][0],  B_b = bending[1][0],  B_v = bending[2][0]
     /// ```
     /// The table is read as the law `σ = C ε` with the *tensor* shear strain
     /// `ε_uv = γ_uv / 2`, hence the half. Dropped: stiffening with strain (rows
