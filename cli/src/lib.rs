@@ -1,0 +1,3 @@
+//! Library side of the `selvedge` program.
+
+pub mod report;
