@@ -1,0 +1,64 @@
+//! What a solver needs to know about a matrix.
+
+use crate::{BlockLayout, Bsr, Real, WeightedBlocks, vector};
+
+/// A linear map `y = A x`.
+///
+/// Krylov solvers assume that it is symmetric. Implement this alone for a
+/// matrix-free operator and hand it to [`Mpcg::solve_operator`](crate::Mpcg::solve_operator).
+pub trait LinearOperator<T: Real>: Sync {
+    /// Number of unknowns.
+    fn dim(&self) -> usize;
+
+    /// `y = A x`; every entry of `y` is written.
+    fn apply(&self, x: &[T], y: &mut [T]);
+
+    /// `y = A x` and returns `x · y`.
+    ///
+    /// Override it where both can be had in one pass over memory.
+    fn apply_dot(&self, x: &[T], y: &mut [T]) -> f64 {
+        self.apply(x, y);
+        vector::dot(x, y)
+    }
+}
+
+/// A symmetric matrix whose entries can be read.
+pub trait ExplicitOperator<T: Real>: LinearOperator<T> {
+    /// Points and scalars.
+    fn layout(&self) -> BlockLayout;
+
+    /// Identity of the complete pattern: as long as it is the same, symbolic
+    /// factorisations may be reused.
+    fn pattern_id(&self) -> u64;
+
+    /// Diagonal 3×3 blocks of the points, row-major, dynamic part included.
+    fn diagonal_blocks(&self, out: &mut [[f64; 9]]);
+
+    /// The part with a fixed pattern. Incomplete factorisations use its
+    /// off-diagonal blocks (and the complete diagonal).
+    fn static_part(&self) -> &Bsr<T>;
+
+    /// The part that changes its pattern, if any.
+    fn dynamic_part(&self) -> Option<&WeightedBlocks<T>> {
+        None
+    }
+
+    /// Calls `visit(row, column, value)` for the complete lower triangle,
+    /// `row ≥ column`, in an order that depends on the pattern alone. An entry
+    /// may come in several parts, to be added.
+    fn visit_lower(&self, visit: &mut dyn FnMut(usize, usize, f64));
+
+    /// Diagonal of the scalar unknowns.
+    fn diagonal_scalars(&self, out: &mut [f64]) {
+        if out.is_empty() {
+            return;
+        }
+        out.fill(0.0);
+        let first = 3 * self.layout().points;
+        self.visit_lower(&mut |i, j, v| {
+            if i == j && i >= first {
+                out[i - first] += v;
+            }
+        });
+    }
+}

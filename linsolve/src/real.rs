@@ -1,0 +1,134 @@
+//! The two precisions, sealed.
+
+use std::fmt::{Debug, Display};
+use std::iter::Sum;
+use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
+use zerocopy::{FromBytes, IntoBytes};
+
+mod sealed {
+    pub trait Sealed {}
+    impl Sealed for f32 {}
+    impl Sealed for f64 {}
+}
+
+/// Precision of a matrix and of the vectors inside a solver: `f32` or `f64`.
+///
+/// Sums over many unknowns are always accumulated in `f64`.
+pub trait Real:
+    sealed::Sealed
+    + Copy
+    + Default
+    + Debug
+    + Display
+    + PartialOrd
+    + Send
+    + Sync
+    + 'static
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+    + AddAssign
+    + SubAssign
+    + MulAssign
+    + DivAssign
+    + Sum
+    + faer::traits::RealField
+{
+    /// 0.
+    const ZERO: Self;
+    /// 1.
+    const ONE: Self;
+    /// Distance from 1 to the next number.
+    const EPSILON: Self;
+    /// Name used in scene files and reports: `"f32"` or `"f64"`.
+    const NAME: &'static str;
+    /// Unsigned atomic of the same size, for [`SharedValues`](crate::SharedValues).
+    type Atomic: Sync;
+
+    /// Rounds to this precision.
+    fn from_f64(v: f64) -> Self;
+    /// Widens to `f64`, exactly.
+    fn to_f64(self) -> f64;
+    /// Square root.
+    fn square_root(self) -> Self;
+    /// `self · b + c`, with one rounding where the target has the instruction.
+    fn fma(self, b: Self, c: Self) -> Self;
+    /// Whether neither NaN nor infinite.
+    fn finite(self) -> bool;
+
+    #[doc(hidden)]
+    fn as_atomics(values: &mut [Self]) -> &[Self::Atomic];
+    #[doc(hidden)]
+    fn add_exclusive(slot: &Self::Atomic, v: Self);
+    #[doc(hidden)]
+    fn add_contended(slot: &Self::Atomic, v: Self);
+}
+
+macro_rules! real {
+    ($t:ident, $bits:ident, $atomic:ident) => {
+        impl Real for $t {
+            const ZERO: Self = 0.0;
+            const ONE: Self = 1.0;
+            const EPSILON: Self = $t::EPSILON;
+            const NAME: &'static str = stringify!($t);
+            type Atomic = $atomic;
+
+            #[inline(always)]
+            fn from_f64(v: f64) -> Self {
+                v as $t
+            }
+            #[inline(always)]
+            fn to_f64(self) -> f64 {
+                self as f64
+            }
+            #[inline(always)]
+            fn square_root(self) -> Self {
+                self.sqrt()
+            }
+            #[inline(always)]
+            fn fma(self, b: Self, c: Self) -> Self {
+                // without the instruction `mul_add` is a slow library call
+                if cfg!(any(target_feature = "fma", target_arch = "aarch64")) {
+                    self.mul_add(b, c)
+                } else {
+                    self * b + c
+                }
+            }
+            #[inline(always)]
+            fn finite(self) -> bool {
+                self.is_finite()
+            }
+
+            fn as_atomics(values: &mut [Self]) -> &[Self::Atomic] {
+                // Same size; alignment is verified by the call. It cannot fail
+                // on targets whose float and integer of this size align alike,
+                // which are all with 64-bit atomics and a 64-bit pointer.
+                match <[$atomic]>::mut_from_bytes(values.as_mut_bytes()) {
+                    Ok(atomics) => atomics,
+                    Err(_) => unreachable!("atomics need a stricter alignment than the floats"),
+                }
+            }
+            #[inline(always)]
+            fn add_exclusive(slot: &Self::Atomic, v: Self) {
+                slot.store(($t::from_bits(slot.load(Relaxed)) + v).to_bits(), Relaxed);
+            }
+            #[inline(always)]
+            fn add_contended(slot: &Self::Atomic, v: Self) {
+                let mut old: $bits = slot.load(Relaxed);
+                loop {
+                    let new = ($t::from_bits(old) + v).to_bits();
+                    match slot.compare_exchange_weak(old, new, Relaxed, Relaxed) {
+                        Ok(_) => return,
+                        Err(seen) => old = seen,
+                    }
+                }
+            }
+        }
+    };
+}
+
+real!(f32, u32, AtomicU32);
+real!(f64, u64, AtomicU64);
