@@ -1,0 +1,209 @@
+//! Angle of a hinge and its derivatives.
+
+use std::f64::consts::TAU;
+
+use crate::vec3::{Block, V, add, blend, cross, dot, node, outer, scale, sub};
+
+/// Frame of one wing.
+///
+/// ```text
+/// o = x0 + s e + η m,   n = normal of the wing's triangle
+/// ∇θ  = − Σ_w (α_w ⊗ n_w),      α = (−(1−s), −s, 1 at o)/η,   β = (−1, 1)/l
+/// ∇²θ = Σ_w (P_w + P_wᵀ),       P = (α⊗n)(α⊗m)ᵀ + (β⊗n)(α⊗t + ½ β⊗m)ᵀ
+/// ```
+#[derive(Clone, Copy)]
+pub(crate) struct WingFrame {
+    pub n: V,
+    pub m: V,
+    /// `s`
+    pub foot: f64,
+    /// `1/η` [1/m]
+    pub inverse_height: f64,
+}
+
+/// Frames of a hinge `(x0, x1, x2, x3)`, see [`Hinge`](crate::Hinge).
+#[derive(Clone, Copy)]
+pub(crate) struct HingeFrame {
+    pub t: V,
+    /// `1/l` [1/m]
+    pub inverse_length: f64,
+    pub wings: [WingFrame; 2],
+}
+
+/// Squared edge length and wing heights [m²] below which a hinge is ignored.
+pub(crate) type Floors = [f64; 3];
+
+impl HingeFrame {
+    /// `None` when the edge or a wing is degenerate. NaN is not: it must reach
+    /// whoever checks the result.
+    #[inline(always)]
+    pub fn new(q: &[f64; 12], floors: &Floors) -> Option<Self> {
+        let x0 = node(q, 0);
+        let e = sub(node(q, 1), x0);
+        let (d2, d3) = (sub(node(q, 2), x0), sub(node(q, 3), x0));
+        let l2 = dot(e, e);
+        let (area1, area2) = (cross(e, d2), cross(d3, e));
+        let (a1, a2) = (dot(area1, area1), dot(area2, area2));
+        if l2 <= floors[0] || a1 <= floors[1] * l2 || a2 <= floors[2] * l2 {
+            return None;
+        }
+        let l = l2.sqrt();
+        let inverse_length = 1.0 / l;
+        let (i1, i2) = (1.0 / a1.sqrt(), 1.0 / a2.sqrt());
+        let t = scale(inverse_length, e);
+        let (n1, n2) = (scale(i1, area1), scale(i2, area2));
+        let inverse_l2 = inverse_length * inverse_length;
+        Some(Self {
+            t,
+            inverse_length,
+            wings: [
+                WingFrame {
+                    n: n1,
+                    m: cross(n1, t),
+                    foot: dot(d2, e) * inverse_l2,
+                    inverse_height: l * i1,
+                },
+                WingFrame {
+                    n: n2,
+                    m: cross(t, n2),
+                    foot: dot(d3, e) * inverse_l2,
+                    inverse_height: l * i2,
+                },
+            ],
+        })
+    }
+
+    /// `θ` in (−π, π], positive where the surface bulges along its normals.
+    #[inline(always)]
+    pub fn angle(&self) -> f64 {
+        let [one, two] = &self.wings;
+        (-dot(one.m, two.n)).atan2(dot(one.n, two.n))
+    }
+
+    /// `∇θ`
+    #[inline(always)]
+    pub fn gradient(&self) -> [V; 4] {
+        let [one, two] = &self.wings;
+        let (g2, g3) = (scale(-one.inverse_height, one.n), scale(-two.inverse_height, two.n));
+        let g1 = blend(-one.foot, g2, -two.foot, g3);
+        let g0 = scale(-1.0, add(g1, add(g2, g3)));
+        [g0, g1, g2, g3]
+    }
+}
+
+/// The angle nearest to `previous` among those that differ by full turns.
+#[inline(always)]
+pub(crate) fn unwrap(angle: f64, previous: f64) -> f64 {
+    angle + TAU * ((previous - angle) / TAU).round()
+}
+
+/// Blocks `(1,1), (1,o), (o,o)` of a wing's contribution; node 0 follows from
+/// translation, the other wing's node has none.
+pub(crate) struct WingBlocks {
+    pub b11: Block,
+    pub b1o: Block,
+    pub boo: Block,
+}
+
+impl WingFrame {
+    /// `c (P + Pᵀ)`
+    #[inline(always)]
+    pub fn second(&self, t: V, inverse_length: f64, c: f64) -> WingBlocks {
+        let beta = inverse_length;
+        let alpha_o = self.inverse_height;
+        let alpha_1 = -self.foot * alpha_o;
+        let nm = outer(self.n, self.m);
+        let nt = outer(self.n, t);
+        // Coefficients of n mᵀ + m nᵀ, n tᵀ and t nᵀ in each block.
+        let m11 = c * (alpha_1 * alpha_1 + 0.5 * beta * beta);
+        let m1o = c * alpha_1 * alpha_o;
+        let moo = c * alpha_o * alpha_o;
+        let t11 = c * beta * alpha_1;
+        let t1o = c * beta * alpha_o;
+        let mut out = WingBlocks { b11: [[0.0; 3]; 3], b1o: [[0.0; 3]; 3], boo: [[0.0; 3]; 3] };
+        for i in 0..3 {
+            for j in 0..3 {
+                let s = nm[i][j] + nm[j][i];
+                out.b11[i][j] = m11 * s + t11 * (nt[i][j] + nt[j][i]);
+                out.b1o[i][j] = m1o * s + t1o * nt[i][j];
+                out.boo[i][j] = moo * s;
+            }
+        }
+        out
+    }
+
+    /// The positive semidefinite part of `c (P + Pᵀ)`.
+    ///
+    /// `P = L Rᵀ` has rank 2 and its two factors span orthogonal spaces, so
+    /// the positive part is `½ (|Pᵀ| + |P| + P + Pᵀ)`. With the Gram matrices
+    /// `G_L, G_R` of the factors, `|Pᵀ| = L X Lᵀ` and `|P| = R X⁻¹ Rᵀ`, where
+    /// `X G_L X = G_R`: the geometric mean of `G_L⁻¹` and `G_R`, which for 2×2
+    /// matrices is `γ S/√det S`, `S = adj G_L/√det G_L + G_R/√det G_R`,
+    /// `γ = (det G_R/det G_L)^¼`. `det G_L = 3/(η l)²` never vanishes.
+    #[inline(always)]
+    pub fn second_projected(&self, t: V, inverse_length: f64, c: f64) -> WingBlocks {
+        let beta = inverse_length;
+        let alpha_o = self.inverse_height;
+        let alpha_1 = -self.foot * alpha_o;
+        let s = self.foot;
+        let aa = alpha_o * alpha_o * ((1.0 - s) * (1.0 - s) + s * s + 1.0);
+        let ab = (1.0 - 2.0 * s) * alpha_o * beta;
+        let bb = 2.0 * beta * beta;
+        let det_left = 3.0 * (alpha_o * beta) * (alpha_o * beta);
+        let det_right = aa * aa + 0.25 * det_left;
+        let (root_left, root_right) = (det_left.sqrt(), det_right.sqrt());
+        let (il, ir) = (1.0 / root_left, 1.0 / root_right);
+        let s11 = bb * il + aa * ir;
+        let s12 = -ab * il + 0.5 * ab * ir;
+        let s22 = aa * il + (aa + 0.25 * bb) * ir;
+        let gamma = (root_right * il).sqrt();
+        let inverse_root = 1.0 / (s11 * s22 - s12 * s12).sqrt();
+        let half = 0.5 * c.abs() * inverse_root;
+        let (x, y) = (half * gamma, half / gamma);
+        // ½|c| X and ½|c| X⁻¹
+        let (x11, x12, x22) = (x * s11, x * s12, x * s22);
+        let (y11, y12, y22) = (y * s22, -y * s12, y * s11);
+        let half_c = 0.5 * c;
+
+        let (n, m) = (self.n, self.m);
+        let block = |ai: f64, bi: f64, aj: f64, bj: f64| -> Block {
+            let (aa, cross, bb) = (ai * aj, ai * bj + bi * aj, bi * bj);
+            let nn = x11 * aa + x12 * cross + x22 * bb;
+            let mm = y11 * aa + 0.5 * y12 * cross + 0.25 * y22 * bb;
+            let tt = y22 * aa;
+            let mt = y12 * aa + 0.5 * y22 * bi * aj;
+            let tm = y12 * aa + 0.5 * y22 * ai * bj;
+            let nm = half_c * (aa + 0.5 * bb);
+            let nt = half_c * bi * aj;
+            let tn = half_c * ai * bj;
+            // F K Fᵀ in the frame F = [n m t].
+            let kn = [
+                nn * n[0] + nm * m[0] + nt * t[0],
+                nn * n[1] + nm * m[1] + nt * t[1],
+                nn * n[2] + nm * m[2] + nt * t[2],
+            ];
+            let km = [
+                nm * n[0] + mm * m[0] + mt * t[0],
+                nm * n[1] + mm * m[1] + mt * t[1],
+                nm * n[2] + mm * m[2] + mt * t[2],
+            ];
+            let kt = [
+                tn * n[0] + tm * m[0] + tt * t[0],
+                tn * n[1] + tm * m[1] + tt * t[1],
+                tn * n[2] + tm * m[2] + tt * t[2],
+            ];
+            let mut out = [[0.0; 3]; 3];
+            for i in 0..3 {
+                for j in 0..3 {
+                    out[i][j] = n[i] * kn[j] + m[i] * km[j] + t[i] * kt[j];
+                }
+            }
+            out
+        };
+        WingBlocks {
+            b11: block(alpha_1, beta, alpha_1, beta),
+            b1o: block(alpha_1, beta, alpha_o, 0.0),
+            boo: block(alpha_o, 0.0, alpha_o, 0.0),
+        }
+    }
+}

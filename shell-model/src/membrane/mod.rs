@@ -1,0 +1,7 @@
+//! In-plane elasticity.
+
+mod guard;
+mod stvk;
+
+pub use guard::MembraneGuard;
+pub use stvk::MembraneStVk;
