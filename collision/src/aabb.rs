@@ -9,7 +9,10 @@ pub struct Aabb {
 
 impl Aabb {
     /// The box that contains nothing: the neutral element of [`merge`](Self::merge).
-    pub const EMPTY: Self = Self { min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3] };
+    pub const EMPTY: Self = Self {
+        min: [f64::INFINITY; 3],
+        max: [f64::NEG_INFINITY; 3],
+    };
 
     /// The box of one point.
     #[inline]
@@ -50,7 +53,10 @@ impl Aabb {
     #[inline]
     #[must_use]
     pub fn inflate(&self, by: f64) -> Self {
-        Self { min: self.min.map(|m| m - by), max: self.max.map(|m| m + by) }
+        Self {
+            min: self.min.map(|m| m - by),
+            max: self.max.map(|m| m + by),
+        }
     }
 
     /// Whether two boxes share a point; touching counts.
@@ -107,8 +113,14 @@ mod tests {
     /// Touching boxes overlap, separated ones do not, the empty box never does.
     #[test]
     fn overlap_is_closed() {
-        let a = Aabb { min: [0.0; 3], max: [1.0; 3] };
-        let b = Aabb { min: [1.0, 0.0, 0.0], max: [2.0, 1.0, 1.0] };
+        let a = Aabb {
+            min: [0.0; 3],
+            max: [1.0; 3],
+        };
+        let b = Aabb {
+            min: [1.0, 0.0, 0.0],
+            max: [2.0, 1.0, 1.0],
+        };
         assert!(a.overlaps(&b) && b.overlaps(&a));
         assert!(!a.overlaps(&b.inflate(-1e-9)));
         assert!(!a.overlaps(&Aabb::EMPTY));

@@ -1,0 +1,284 @@
+use std::ops::Range;
+
+use selvedge_energy::EvalPoint;
+
+use super::memory::{Anchor, Memory, Record};
+use crate::friction::{AnchorState, anchor_damping, from_frame, to_frame};
+use crate::narrow::PairKind;
+use crate::source::side::{Meeting, Pair, Side, Touch};
+use crate::vec3::{Vec3, add_outer, axpy, combine, point, scale, sub, tangential};
+use crate::{
+    Candidates, CollisionMesh, ContactPotential, ContactResponse, Friction, FrictionAnchored,
+};
+
+/// What evaluation reads.
+pub(super) struct Pairs {
+    pub mesh: CollisionMesh,
+    pub potential: Box<dyn ContactPotential>,
+    pub friction: Option<Friction>,
+    pub inverse_masses: Vec<f64>,
+    pub candidates: Candidates,
+    pub memory: Memory,
+}
+
+/// Friction of a pair with everything but the displacement frozen.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LaggedContact {
+    pub nodes: [u32; 4],
+    pub weights: [f64; 4],
+    pub normal: [f64; 3],
+    pub force: f64,
+}
+
+/// Results of one chunk of candidates.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Task {
+    pub response: ContactResponse,
+    pub memory: Memory,
+    pub lagged: Vec<LaggedContact>,
+    pub energy: f64,
+    pub deepest: f64,
+    pub active: usize,
+}
+
+/// One walk over candidates at one evaluation point.
+pub(super) struct Pass<'a> {
+    pairs: &'a Pairs,
+    at: &'a EvalPoint<'a>,
+    curvature: bool,
+    anchored: Option<FrictionAnchored>,
+}
+
+impl<'a> Pass<'a> {
+    pub(super) fn new(pairs: &'a Pairs, at: &'a EvalPoint<'a>, curvature: bool) -> Self {
+        let anchored = match pairs.friction {
+            Some(Friction::Anchored(f)) => Some(f),
+            _ => None,
+        };
+        Self {
+            pairs,
+            at,
+            curvature,
+            anchored,
+        }
+    }
+
+    /// Calls `visit(kind, pair, side, anchor)` for a range of candidates, in
+    /// order, with what they remember.
+    pub(super) fn each(
+        &self,
+        range: Range<usize>,
+        mut visit: impl FnMut(PairKind, [u32; 2], Option<Side>, Option<Anchor>),
+    ) {
+        let c = &self.pairs.candidates;
+        let Memory { records, anchors } = &self.pairs.memory;
+        let split = c.vertex_triangle.len();
+        let get = |i: usize| {
+            if i < split {
+                (PairKind::VertexTriangle, c.vertex_triangle[i])
+            } else {
+                (PairKind::EdgeEdge, c.edge_edge[i - split])
+            }
+        };
+        if range.is_empty() {
+            return;
+        }
+        let first = get(range.start);
+        let mut r = records.partition_point(|r| r.key() < first);
+        for i in range {
+            let key = get(i);
+            while r < records.len() && records[r].key() < key {
+                r += 1;
+            }
+            let known = r < records.len() && records[r].key() == key;
+            let side = known.then(|| records[r].side());
+            let anchor = if known { anchors.get(r).copied() } else { None };
+            visit(key.0, key.1, side, anchor);
+        }
+    }
+
+    #[inline]
+    pub(super) fn nodes(&self, kind: PairKind, pair: [u32; 2]) -> [u32; 4] {
+        match kind {
+            PairKind::VertexTriangle => self.pairs.mesh.vertex_triangle_nodes(pair),
+            PairKind::EdgeEdge => self.pairs.mesh.edge_edge_nodes(pair),
+        }
+    }
+
+    #[inline]
+    pub(super) fn area(&self, kind: PairKind, pair: [u32; 2]) -> f64 {
+        let mesh = &self.pairs.mesh;
+        match kind {
+            _ if !self.pairs.potential.uses_area() => 0.0,
+            PairKind::VertexTriangle => mesh.point_area(pair[0]),
+            PairKind::EdgeEdge => 0.5 * (mesh.edge_area(pair[0]) + mesh.edge_area(pair[1])),
+        }
+    }
+
+    #[inline]
+    pub(super) fn meet(&self, kind: PairKind, pair: [u32; 2], side: Option<Side>) -> Meeting {
+        let nodes = self.nodes(kind, pair);
+        let start = || nodes.map(|n| point(self.at.q_start, n));
+        let fallback = || {
+            self.pairs
+                .mesh
+                .separating_direction(nodes, kind.first_feature(), self.at.q_start)
+        };
+        let x = nodes.map(|n| point(self.at.q, n));
+        let pair = Pair {
+            kind,
+            x,
+            start: &start,
+            fallback: &fallback,
+            side,
+        };
+        pair.meet(self.pairs.potential.thickness())
+    }
+
+    /// State of the anchor of a touching pair.
+    fn anchor_state(
+        &self,
+        friction: &FrictionAnchored,
+        kind: PairKind,
+        pair: [u32; 2],
+        touch: &Touch,
+        anchor: Option<Anchor>,
+        normal_force: f64,
+    ) -> AnchorState {
+        let nodes = self.nodes(kind, pair);
+        let x = nodes.map(|n| point(self.at.q, n));
+        let start = nodes.map(|n| point(self.at.q_start, n));
+        let moved: [Vec3; 4] = std::array::from_fn(|i| sub(x[i], start[i]));
+        let slid = tangential(combine(&touch.weights, &moved), touch.normal);
+        let displacement = match anchor {
+            // A new contact is anchored where the step began.
+            None => slid,
+            Some(a) => {
+                let from = tangential(combine(&a.weights(kind), &x), touch.normal);
+                match kind.tangent(&x, touch.normal) {
+                    Some(t) => axpy(from, 1.0, from_frame(a.offset, t, touch.normal)),
+                    None => from,
+                }
+            }
+        };
+        let stiffness =
+            friction.stiffness_ratio * self.pairs.potential.stiffness(self.area(kind, pair));
+        let inverse_mass = (0..4)
+            .map(|i| touch.weights[i].powi(2) * self.pairs.inverse_masses[nodes[i] as usize])
+            .sum();
+        AnchorState {
+            displacement,
+            velocity: scale(1.0 / self.at.dt, slid),
+            normal: touch.normal,
+            normal_force,
+            stiffness,
+            damping: anchor_damping(friction.damping_ratio, stiffness, inverse_mass),
+        }
+    }
+
+    pub(super) fn evaluate(&self, range: Range<usize>, task: &mut Task) {
+        task.response.clear();
+        (task.energy, task.deepest, task.active) = (0.0, 0.0, 0);
+        let thickness = self.pairs.potential.thickness();
+        self.each(range, |kind, pair, side, anchor| {
+            let Meeting::Touching(touch) = self.meet(kind, pair, side) else {
+                return;
+            };
+            let repulsion = self
+                .pairs
+                .potential
+                .evaluate(touch.gap, self.area(kind, pair));
+            let mut force = scale(repulsion.force, touch.normal);
+            let mut k = [[0.0; 3]; 3];
+            add_outer(&mut k, repulsion.curvature, touch.normal);
+            task.energy += repulsion.energy;
+            if let Some(f) = &self.anchored {
+                let state = self.anchor_state(f, kind, pair, &touch, anchor, repulsion.force);
+                let answer = f.respond(&state, self.at.dt);
+                force = axpy(force, 1.0, answer.force);
+                answer.add_curvature(&state, self.at.dt, &mut k);
+                task.energy += answer.energy;
+            }
+            task.response.nodes.push(self.nodes(kind, pair));
+            task.response.weights.push(touch.weights);
+            task.response.force.push(force);
+            if self.curvature {
+                task.response.curvature.push(k);
+            }
+            task.deepest = task.deepest.max(thickness - touch.gap);
+            task.active += 1;
+        });
+    }
+
+    pub(super) fn remember(&self, range: Range<usize>, task: &mut Task) {
+        let memory = &mut task.memory;
+        memory.clear();
+        self.each(range, |kind, pair, side, anchor| {
+            let touch = match self.meet(kind, pair, side) {
+                Meeting::Apart => return,
+                Meeting::Behind => {
+                    if let Some(s) = side {
+                        let normal = s.normal.map(|c| c as f32);
+                        memory.records.push(Record {
+                            pair,
+                            normal,
+                            kind,
+                            behind: true,
+                        });
+                        if self.anchored.is_some() {
+                            memory.anchors.push(anchor.unwrap_or_default());
+                        }
+                    }
+                    return;
+                }
+                Meeting::Touching(t) => t,
+            };
+            let normal = touch.normal.map(|c| c as f32);
+            memory.records.push(Record {
+                pair,
+                normal,
+                kind,
+                behind: touch.gap < 0.0,
+            });
+            let Some(f) = &self.anchored else { return };
+            let repulsion = self
+                .pairs
+                .potential
+                .evaluate(touch.gap, self.area(kind, pair));
+            let state = self.anchor_state(f, kind, pair, &touch, anchor, repulsion.force);
+            let answer = f.respond(&state, self.at.dt);
+            memory.anchors.push(match anchor {
+                Some(a) if !answer.slipping => a,
+                _ => {
+                    let x = self.nodes(kind, pair).map(|n| point(self.at.q, n));
+                    let offset = kind.tangent(&x, touch.normal);
+                    let offset = offset.map(|t| to_frame(answer.displacement, t, touch.normal));
+                    Anchor::at(kind, touch.weights, offset.unwrap_or_default())
+                }
+            });
+        });
+    }
+
+    /// Normal forces, for lagged friction.
+    pub(super) fn lag(&self, range: Range<usize>, task: &mut Task) {
+        task.lagged.clear();
+        self.each(range, |kind, pair, side, _| {
+            let Meeting::Touching(t) = self.meet(kind, pair, side) else {
+                return;
+            };
+            let force = self
+                .pairs
+                .potential
+                .evaluate(t.gap, self.area(kind, pair))
+                .force;
+            let nodes = self.nodes(kind, pair);
+            let (weights, normal) = (t.weights, t.normal);
+            task.lagged.push(LaggedContact {
+                nodes,
+                weights,
+                normal,
+                force,
+            });
+        });
+    }
+}
