@@ -12,19 +12,29 @@ pub fn demo(side: usize, frames: usize) -> ReportData {
     let mesh = grid(side);
     let states: Vec<ReportFrame> = (0..frames)
         .map(|k| {
-            let t = if frames > 1 { k as f32 / (frames - 1) as f32 } else { 1.0 };
-            ReportFrame { time: 1.5 * f64::from(t), positions: sheet(side, t) }
+            let t = if frames > 1 {
+                k as f32 / (frames - 1) as f32
+            } else {
+                1.0
+            };
+            ReportFrame {
+                time: 1.5 * f64::from(t),
+                positions: sheet(side, t),
+            }
         })
         .collect();
-    let strain: Vec<Vec<f32>> =
-        states.iter().map(|s| strain(&mesh, &s.positions, side)).collect();
+    let strain: Vec<Vec<f32>> = states
+        .iter()
+        .map(|s| strain(&mesh, &s.positions, side))
+        .collect();
     let gap: Vec<Vec<f32>> = states.iter().map(|s| gap(&s.positions)).collect();
     let last = |h: &[Vec<f32>]| h.last().cloned().unwrap_or_default();
     ReportData {
         title: "sheet on a ball <demo & test>".into(),
         summary: summary(side),
         settings: settings(),
-        scene_text: "[mesh]\nedge_length = 0.01 # m\n\n[[body]]\nsphere = { radius = 0.25 } # <m>\n".into(),
+        scene_text:
+            "[mesh]\nedge_length = 0.01 # m\n\n[[body]]\nsphere = { radius = 0.25 } # <m>\n".into(),
         bodies: vec![ball(48)],
         triangle_fields: vec![Field {
             name: "area strain".into(),
@@ -87,8 +97,16 @@ fn sheet(side: usize, t: f32) -> Vec<Point> {
             let angle = (r / RADIUS).min(1.45);
             let rest = (r - 1.45 * RADIUS).max(0.0);
             let wave = fold * (rest * 3.2).min(0.45) * (8.0 * phi + 0.6).cos() * 0.42;
-            let out = RADIUS * angle.sin() * 1.012 + rest * (0.12 + 0.25 * fall) + wave * rest.sqrt();
+            let out =
+                RADIUS * angle.sin() * 1.012 + rest * (0.12 + 0.25 * fall) + wave * rest.sqrt();
             let y = RADIUS * angle.cos() * 1.012 - rest * (0.95 - 0.5 * fall);
+            // The sheet never enters the ball.
+            let ball = (RADIUS * RADIUS - y * y).max(0.0).sqrt() + 0.003;
+            let out = if y > -RADIUS && fall < 0.6 {
+                out.max(ball.min(r))
+            } else {
+                out
+            };
             let bend = (1.0 - fall).max(0.0);
             let flat = [u, RADIUS + 0.25 * fall + 0.004, v];
             let hung = [out * phi.cos(), y + 0.25 * fall, out * phi.sin()];
@@ -105,7 +123,11 @@ fn strain(mesh: &ReportMesh, p: &[Point], side: usize) -> Vec<f32> {
             let [a, b, c] = t.map(|i| p[i as usize]);
             let u: Point = std::array::from_fn(|k| b[k] - a[k]);
             let v: Point = std::array::from_fn(|k| c[k] - a[k]);
-            let n = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+            let n = [
+                u[1] * v[2] - u[2] * v[1],
+                u[2] * v[0] - u[0] * v[2],
+                u[0] * v[1] - u[1] * v[0],
+            ];
             let area = 0.5 * (n[0] * n[0] + n[1] * n[1] + n[2] * n[2]).sqrt();
             100.0 * (area / rest - 1.0)
         })
@@ -121,15 +143,26 @@ fn gap(p: &[Point]) -> Vec<f32> {
 }
 
 fn ball(n: usize) -> ReportSurface {
-    let mut body = ReportSurface { name: "ball".into(), ..ReportSurface::default() };
+    let mut body = ReportSurface {
+        name: "ball".into(),
+        ..ReportSurface::default()
+    };
     for j in 0..=n {
         for i in 0..2 * n {
-            let (a, b) = (std::f32::consts::PI * j as f32 / n as f32, std::f32::consts::PI * i as f32 / n as f32);
-            body.points.push([RADIUS * a.sin() * b.cos(), RADIUS * a.cos(), RADIUS * a.sin() * b.sin()]);
+            let (a, b) = (
+                std::f32::consts::PI * j as f32 / n as f32,
+                std::f32::consts::PI * i as f32 / n as f32,
+            );
+            body.points.push([
+                RADIUS * a.sin() * b.cos(),
+                RADIUS * a.cos(),
+                RADIUS * a.sin() * b.sin(),
+            ]);
             let id = |i: usize, j: usize| (j * 2 * n + i % (2 * n)) as u32;
             if j < n {
                 body.triangles.push([id(i, j), id(i + 1, j), id(i, j + 1)]);
-                body.triangles.push([id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)]);
+                body.triangles
+                    .push([id(i + 1, j), id(i + 1, j + 1), id(i, j + 1)]);
             }
         }
     }
@@ -142,34 +175,67 @@ fn series() -> Vec<Series> {
         name: name.into(),
         unit: unit.into(),
         log,
-        points: (0..=3000).map(|i| f64::from(i) * 5e-4).map(|t| (t, f(t))).collect(),
+        points: (0..=3000)
+            .map(|i| f64::from(i) * 5e-4)
+            .map(|t| (t, f(t)))
+            .collect(),
     };
     let settle = |t: f64| 1.0 - (-4.0 * t).exp();
     vec![
-        make("energy", "membrane", "J", false, &|t| 0.021 * settle(t) * (1.0 + 0.1 * (40.0 * t).sin() * (-3.0 * t).exp())),
+        make("energy", "membrane", "J", false, &|t| {
+            0.021 * settle(t) * (1.0 + 0.1 * (40.0 * t).sin() * (-3.0 * t).exp())
+        }),
         make("energy", "bending", "J", false, &|t| 0.0065 * settle(t)),
-        make("energy", "gravity", "J", false, &|t| 0.06 - 0.05 * settle(t)),
-        make("energy", "contact", "J", false, &|t| 0.004 * settle(t) * (1.0 + 0.3 * (60.0 * t).cos() * (-4.0 * t).exp())),
-        make("kinetic", "kinetic", "J", true, &|t| 1e-2 * t * (-8.0 * t).exp() + 1e-9),
-        make("residual", "first iteration", "1", true, &|t| 10f64.powf(-1.5 + 0.5 * (90.0 * t).sin())),
-        make("residual", "last iteration", "1", true, &|t| 10f64.powf(-5.0 + 0.8 * (130.0 * t).sin())),
-        make("step", "step", "s", true, &|t| if t < 0.5 { 5e-4 } else if t < 0.9 { 2e-3 } else { f64::NAN }),
-        make("contacts", "body", "1", false, &|t| (4200.0 * settle(t)).round()),
-        make("contacts", "self", "1", false, &|t| (900.0 * settle((t - 0.4).max(0.0))).round()),
+        make("energy", "gravity", "J", false, &|t| {
+            0.06 - 0.05 * settle(t)
+        }),
+        make("energy", "contact", "J", false, &|t| {
+            0.004 * settle(t) * (1.0 + 0.3 * (60.0 * t).cos() * (-4.0 * t).exp())
+        }),
+        make("kinetic", "kinetic", "J", true, &|t| {
+            1e-2 * t * (-8.0 * t).exp() + 1e-9
+        }),
+        make("residual", "first iteration", "1", true, &|t| {
+            10f64.powf(-1.5 + 0.5 * (90.0 * t).sin())
+        }),
+        make("residual", "last iteration", "1", true, &|t| {
+            10f64.powf(-5.0 + 0.8 * (130.0 * t).sin())
+        }),
+        make("step", "step", "s", true, &|t| {
+            if t < 0.5 {
+                5e-4
+            } else if t < 0.9 {
+                2e-3
+            } else {
+                f64::NAN
+            }
+        }),
+        make("contacts", "body", "1", false, &|t| {
+            (4200.0 * settle(t)).round()
+        }),
+        make("contacts", "self", "1", false, &|t| {
+            (900.0 * settle((t - 0.4).max(0.0))).round()
+        }),
     ]
 }
 
 fn stages() -> Vec<AssemblyStage> {
-    [("place panels", 0.0, 0.4, 0.0, 0.0, ""), ("sew", 0.8, 21.5, 0.184, 6.1e-4, "seams closed at 0.71 s"), ("relax", 0.7, 13.9, 0.041, 1.2e-4, "stopped at rest")]
-        .map(|(name, duration_s, wall_s, strain, depth, note)| AssemblyStage {
+    [
+        ("place panels", 0.0, 0.4, 0.0, 0.0, ""),
+        ("sew", 0.8, 21.5, 0.184, 6.1e-4, "seams closed at 0.71 s"),
+        ("relax", 0.7, 13.9, 0.041, 1.2e-4, "stopped at rest"),
+    ]
+    .map(
+        |(name, duration_s, wall_s, strain, depth, note)| AssemblyStage {
             name: name.into(),
             duration_s,
             wall_s,
             max_strain: Some(strain),
             max_penetration_m: (wall_s > 1.0).then_some(depth),
             note: note.into(),
-        })
-        .to_vec()
+        },
+    )
+    .to_vec()
 }
 
 fn summary(side: usize) -> serde_json::Value {

@@ -119,9 +119,10 @@ pub(super) fn extent<'a>(
     bodies: impl Iterator<Item = &'a [Point]>,
 ) -> Option<Extent> {
     let bodies: Vec<[(f64, f64); 2]> = bodies.filter_map(|b| bounds(basis, b)).collect();
-    let union = bodies.iter().copied().reduce(|a, b| {
-        [0, 1].map(|k| (a[k].0.min(b[k].0), a[k].1.max(b[k].1)))
-    });
+    let union = bodies
+        .iter()
+        .copied()
+        .reduce(|a, b| [0, 1].map(|k| (a[k].0.min(b[k].0), a[k].1.max(b[k].1))));
     let (mut frame, limit) = match (bounds(basis, cloth), union) {
         (Some(cloth), _) => (cloth, 0.3),
         (None, Some(body)) => (body, 0.0),
@@ -143,7 +144,10 @@ pub(super) fn extent<'a>(
 }
 
 fn bounds(basis: &Basis, points: &[Point]) -> Option<[(f64, f64); 2]> {
-    let mut axes = [Vec::with_capacity(points.len()), Vec::with_capacity(points.len())];
+    let mut axes = [
+        Vec::with_capacity(points.len()),
+        Vec::with_capacity(points.len()),
+    ];
     for p in points.iter().filter(|p| drawable(p)) {
         let c = basis.project(*p);
         axes[0].push(c[0]);
@@ -159,7 +163,13 @@ fn bounds(basis: &Basis, points: &[Point]) -> Option<[(f64, f64); 2]> {
         let (low, high) = (at(0.01), at(0.99));
         // A few strays must not decide the scale.
         let reach = 6.0 * (high - low);
-        let keep = |v: f64| if high > low { v.clamp(low - reach, high + reach) } else { v };
+        let keep = |v: f64| {
+            if high > low {
+                v.clamp(low - reach, high + reach)
+            } else {
+                v
+            }
+        };
         let (a, b) = (axis[0], axis[last]);
         let strays = keep(a) != a || keep(b) != b;
         if strays { (low, high) } else { (a, b) }
@@ -173,7 +183,13 @@ mod tests {
     /// Every view is a right-handed orthonormal frame.
     #[test]
     fn frames_are_right_handed() {
-        for view in [View::Front, View::Side, View::Back, View::Top, View::THREE_QUARTER] {
+        for view in [
+            View::Front,
+            View::Side,
+            View::Back,
+            View::Top,
+            View::THREE_QUARTER,
+        ] {
             let b = view.basis();
             let cross = [
                 b.right[1] * b.up[2] - b.right[2] * b.up[1],
@@ -195,7 +211,11 @@ mod tests {
         cloth.push([9e4, f32::NAN, 0.0]);
         cloth.push([9e4, 0.0, 0.0]);
         let ground: Vec<Point> = vec![[-50.0, 0.0, -50.0], [50.0, 0.0, 50.0]];
-        let e = extent(&View::Front.basis(), &cloth, [ground.as_slice()].into_iter());
+        let e = extent(
+            &View::Front.basis(),
+            &cloth,
+            [ground.as_slice()].into_iter(),
+        );
         let e = e.expect("finite points");
         assert!(e.half[0] < 0.9, "{e:?}");
         assert!(extent(&View::Front.basis(), &[], std::iter::empty()).is_none());

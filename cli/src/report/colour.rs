@@ -16,7 +16,11 @@ pub const MISSING: [u8; 3] = [150, 150, 150];
 impl ColourMap {
     /// Colour of `t` in 0..=1 (clamped), in linear light.
     pub fn linear(self, t: f64) -> [f64; 3] {
-        let t = if t.is_finite() { t.clamp(0.0, 1.0) } else { 0.5 };
+        let t = if t.is_finite() {
+            t.clamp(0.0, 1.0)
+        } else {
+            0.5
+        };
         let (lightness, chroma, hue) = match self {
             Self::Sequential => (
                 0.28 + 0.64 * t,
@@ -46,8 +50,8 @@ impl ColourMap {
 /// Fabric tint of a panel (linear light): equal lightness, hues by golden angle,
 /// so that neighbouring panels differ and none stands out.
 pub(super) fn panel_colour(panel: usize) -> [f64; 3] {
-    let hue = 62.0 + 137.507_764 * (panel % 997) as f64;
-    in_gamut(0.80, 0.075, hue)
+    let hue = 62.0 + 137.507_764 * panel as f64;
+    in_gamut(0.80, 0.065, hue)
 }
 
 /// OKLCh to linear sRGB, chroma reduced until the colour can be displayed.

@@ -19,7 +19,10 @@ pub(super) fn envelope(points: &[(f64, Option<f64>)], columns: usize) -> Runs {
         let mut start = 0;
         while start < points.len() {
             let here = column(points[start].0);
-            let len = points[start..].iter().take_while(|p| column(p.0) == here).count();
+            let len = points[start..]
+                .iter()
+                .take_while(|p| column(p.0) == here)
+                .count();
             push_column(&mut runs, &points[start..start + len]);
             start += len;
         }
@@ -37,13 +40,22 @@ fn push(runs: &mut Runs, x: f64, y: Option<f64>) {
 }
 
 fn push_column(runs: &mut Runs, points: &[(f64, Option<f64>)]) {
-    let known: Vec<(f64, f64)> = points.iter().filter_map(|p| p.1.map(|y| (p.0, y))).collect();
+    let known: Vec<(f64, f64)> = points
+        .iter()
+        .filter_map(|p| p.1.map(|y| (p.0, y)))
+        .collect();
     if known.is_empty() {
         push(runs, 0.0, None);
         return;
     }
     let by = |less: fn(f64, f64) -> bool| {
-        (1..known.len()).fold(0, |best, i| if less(known[i].1, known[best].1) { i } else { best })
+        (1..known.len()).fold(0, |best, i| {
+            if less(known[i].1, known[best].1) {
+                i
+            } else {
+                best
+            }
+        })
     };
     let mut keep = [0, by(|a, b| a < b), by(|a, b| a > b), known.len() - 1];
     keep.sort_unstable();
@@ -62,8 +74,9 @@ mod tests {
     #[test]
     fn peaks_survive() {
         let n = 1_000_000;
-        let mut points: Vec<(f64, Option<f64>)> =
-            (0..n).map(|i| (f64::from(i) / f64::from(n), Some(0.5))).collect();
+        let mut points: Vec<(f64, Option<f64>)> = (0..n)
+            .map(|i| (f64::from(i) / f64::from(n), Some(0.5)))
+            .collect();
         points[314_159].1 = Some(0.99);
         let runs = envelope(&points, 600);
         assert_eq!(runs.len(), 1);
@@ -75,8 +88,17 @@ mod tests {
     /// Gaps split the curve and nothing is invented inside them.
     #[test]
     fn gaps_split() {
-        let points = [(0.0, Some(1.0)), (0.1, None), (0.2, None), (0.3, Some(0.0)), (0.4, Some(0.1))];
-        assert_eq!(envelope(&points, 100), vec![vec![(0.0, 1.0)], vec![(0.3, 0.0), (0.4, 0.1)]]);
+        let points = [
+            (0.0, Some(1.0)),
+            (0.1, None),
+            (0.2, None),
+            (0.3, Some(0.0)),
+            (0.4, Some(0.1)),
+        ];
+        assert_eq!(
+            envelope(&points, 100),
+            vec![vec![(0.0, 1.0)], vec![(0.3, 0.0), (0.4, 0.1)]]
+        );
         assert!(envelope(&[(0.0, None)], 100).is_empty());
         assert!(envelope(&[], 100).is_empty());
     }

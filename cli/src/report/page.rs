@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use super::data::ReportData;
 use super::gallery::gallery;
 use super::plot::plots;
+use super::summary;
 use super::tables;
 use super::text::{count, escape};
 use super::viewer::{Viewer, viewer};
@@ -39,6 +40,11 @@ pub fn render_within(data: &ReportData, max_bytes: usize) -> String {
         ("view", "3D view", String::new()),
         ("plots", "Over time", wrapped("plots", plots(&data.series))),
         ("assembly", "Assembly", tables::assembly(&data.stages)),
+        (
+            "estimates",
+            "Error estimates",
+            summary::estimates(&data.summary),
+        ),
         ("effects", "Effects", tables::effects(&data.summary)),
         ("cost", "Where the time went", tables::cost(&data.summary)),
         ("settings", "Settings", settings(data)),
@@ -72,25 +78,33 @@ fn assemble(data: &ReportData, head: &str, parts: &[Part]) -> String {
     }
     out.push_str("</nav>\n<main>\n");
     for (id, name, html) in parts {
-        let _ = write!(out, "<section id=\"{id}\">\n<h2>{name}</h2>\n{html}</section>\n");
+        let _ = write!(
+            out,
+            "<section id=\"{id}\">\n<h2>{name}</h2>\n{html}</section>\n"
+        );
     }
     out.push_str("</main>\n</body>\n</html>\n");
     out
 }
 
 fn title(data: &ReportData) -> &str {
-    if data.title.trim().is_empty() { "untitled scene" } else { &data.title }
+    if data.title.trim().is_empty() {
+        "untitled scene"
+    } else {
+        &data.title
+    }
 }
 
 /// Title, status, figures, warnings.
 fn head(data: &ReportData) -> String {
     format!(
-        "<header>\n<p class=\"brand\">selvedge report</p>\n<h1>{}</h1>\n{}{}{}{}</header>\n",
+        "<header>\n<p class=\"brand\">selvedge report</p>\n<h1>{}</h1>\n{}{}{}{}{}</header>\n",
         escape(title(data)),
-        tables::status(&data.summary),
-        tables::tiles(&data.summary),
-        tables::notes(&data.notes),
-        tables::further(&data.summary),
+        summary::status(&data.summary),
+        summary::tiles(&data.summary),
+        summary::notes(&data.notes),
+        summary::further(&data.summary),
+        summary::origin(&data.summary),
     )
 }
 
@@ -102,16 +116,27 @@ fn settings(data: &ReportData) -> String {
             end -= 1;
         }
         let cut = data.scene_text.len() - end;
-        let _ = write!(
+        let _ = writeln!(
             out,
-            "<details class=\"card\"><summary>Scene file</summary><pre>{}</pre>{}</details>\n",
+            "<details class=\"card\"><summary>Scene file</summary><pre>{}</pre>{}</details>",
             escape(&data.scene_text[..end]),
-            if cut > 0 { format!("<p class=\"small\">{} further bytes are not shown.</p>", count(cut as u64)) } else { String::new() },
+            if cut > 0 {
+                format!(
+                    "<p class=\"small\">{} further bytes are not shown.</p>",
+                    count(cut as u64)
+                )
+            } else {
+                String::new()
+            },
         );
     }
     out
 }
 
 fn wrapped(class: &str, html: String) -> String {
-    if html.is_empty() { html } else { format!("<div class=\"{class}\">\n{html}</div>\n") }
+    if html.is_empty() {
+        html
+    } else {
+        format!("<div class=\"{class}\">\n{html}</div>\n")
+    }
 }

@@ -100,7 +100,11 @@ pub fn picture(
 ) -> Result<Picture, ReportError> {
     let [width, height] = size;
     if !(1..=MAX_SIDE).contains(&width) || !(1..=MAX_SIDE).contains(&height) {
-        return Err(ReportError::PictureSize { width, height, limit: MAX_SIDE });
+        return Err(ReportError::PictureSize {
+            width,
+            height,
+            limit: MAX_SIDE,
+        });
     }
     let basis = view.basis();
     let extent = subject_extent(subject, &basis)?;
@@ -115,10 +119,25 @@ pub fn picture(
     };
     let mut g = GBuffer::new(2 * width as usize, 2 * height as usize);
     fill(&mut g, &viewport, subject);
-    let ground = style.ground_shadow.then(|| ground(subject, &extent)).flatten();
-    let samples = shade::shade(&g, viewport.scale, &basis, viewport.centre, ink(subject.paint), ground.as_ref());
+    let ground = style
+        .ground_shadow
+        .then(|| ground(subject, &extent))
+        .flatten();
+    let samples = shade::shade(
+        &g,
+        viewport.scale,
+        &basis,
+        viewport.centre,
+        ink(subject.paint),
+        ground.as_ref(),
+    );
     let pixels = resolve(&samples, width as usize, height as usize);
-    Ok(Picture { png: encode(&pixels, width, height)?, width, height, metres_per_pixel })
+    Ok(Picture {
+        png: encode(&pixels, width, height)?,
+        width,
+        height,
+        metres_per_pixel,
+    })
 }
 
 /// Extent of the subject in a view.
@@ -144,22 +163,28 @@ fn fill(g: &mut GBuffer, viewport: &Viewport, subject: &Subject<'_>) {
         Paint::Triangles(f) => Values::Triangle(&f.values),
         Paint::Points(f) => Values::Point(&f.values),
     };
-    g.fill(viewport, &Shape {
-        points: subject.positions,
-        normals: &normals,
-        triangles: &subject.mesh.triangles,
-        panels: Some(&subject.mesh.panel),
-        values,
-    });
+    g.fill(
+        viewport,
+        &Shape {
+            points: subject.positions,
+            normals: &normals,
+            triangles: &subject.mesh.triangles,
+            panels: Some(&subject.mesh.panel),
+            values,
+        },
+    );
     for body in subject.bodies {
         let normals = smooth_normals(&body.points, &body.triangles);
-        g.fill(viewport, &Shape {
-            points: &body.points,
-            normals: &normals,
-            triangles: &body.triangles,
-            panels: None,
-            values: Values::None,
-        });
+        g.fill(
+            viewport,
+            &Shape {
+                points: &body.points,
+                normals: &normals,
+                triangles: &body.triangles,
+                panels: None,
+                values: Values::None,
+            },
+        );
     }
 }
 
@@ -169,21 +194,33 @@ fn ink(paint: Paint<'_>) -> Ink {
         Paint::Panels => Ink::Panels,
         Paint::Triangles(f) | Paint::Points(f) => {
             let (low, high) = FieldStats::of(f).scale;
-            Ink::Map { map: map_of(f), low, high }
+            Ink::Map {
+                map: map_of(f),
+                low,
+                high,
+            }
         }
     }
 }
 
 /// The colour scale of a field.
 pub(super) fn map_of(field: &Field) -> ColourMap {
-    if field.diverging { ColourMap::Diverging } else { ColourMap::Sequential }
+    if field.diverging {
+        ColourMap::Diverging
+    } else {
+        ColourMap::Sequential
+    }
 }
 
 /// Shadow on the lowest level of the subject: seen from below, darker where the
 /// lowest surface is near, then blurred.
 fn ground(subject: &Subject<'_>, extent: &Extent) -> Option<Ground> {
     const SIDE: usize = 160;
-    let basis = Basis { right: [1.0, 0.0, 0.0], up: [0.0, 0.0, 1.0], toward: [0.0, -1.0, 0.0] };
+    let basis = Basis {
+        right: [1.0, 0.0, 0.0],
+        up: [0.0, 0.0, 1.0],
+        toward: [0.0, -1.0, 0.0],
+    };
     let below = subject_extent(subject, &basis).ok()?;
     let level = subject
         .positions
@@ -196,13 +233,25 @@ fn ground(subject: &Subject<'_>, extent: &Extent) -> Option<Ground> {
     let width = 2.0 * below.half[0].max(below.half[1]) * 1.6;
     let texel = width / SIDE as f64;
     let mut g = GBuffer::new(SIDE, SIDE);
-    fill(&mut g, &Viewport { basis, centre: below.centre, scale: 1.0 / texel }, subject);
+    fill(
+        &mut g,
+        &Viewport {
+            basis,
+            centre: below.centre,
+            scale: 1.0 / texel,
+        },
+        subject,
+    );
     let mut dark: Vec<f32> = g
         .depth
         .iter()
         .map(|&d| {
             let height = -f64::from(d) - level;
-            if height.is_finite() { (-height.max(0.0) / (0.9 * size)).exp() as f32 } else { 0.0 }
+            if height.is_finite() {
+                (-height.max(0.0) / (0.9 * size)).exp() as f32
+            } else {
+                0.0
+            }
         })
         .collect();
     // Rows of the buffer grow towards −z; the ground's rows grow towards +z.
@@ -212,7 +261,13 @@ fn ground(subject: &Subject<'_>, extent: &Extent) -> Option<Ground> {
         dark = blur(&dark, SIDE, 4);
     }
     let corner = [0, 1].map(|k| below.centre[k] - 0.5 * width);
-    Some(Ground { level, origin: corner, texel, side: SIDE, dark })
+    Some(Ground {
+        level,
+        origin: corner,
+        texel,
+        side: SIDE,
+        dark,
+    })
 }
 
 /// Box blur in both directions.
@@ -233,19 +288,31 @@ fn blur(image: &[f32], side: usize, radius: usize) -> Vec<f32> {
 
 /// Averages 2 x 2 samples in linear light; straight alpha, sRGB bytes.
 fn resolve(samples: &[[f32; 4]], width: usize, height: usize) -> Vec<u8> {
+    const STEPS: f64 = 16_384.0;
+    let table: Vec<u8> = (0..=STEPS as u32)
+        .map(|i| colour::encode(f64::from(i) / STEPS))
+        .collect();
     let mut out = Vec::with_capacity(4 * width * height);
     for y in 0..height {
         for x in 0..width {
             let at = 4 * width * y + 2 * x;
-            let mut sum = [0.0f64; 4];
+            let mut sum = [0.0f32; 4];
             for s in [at, at + 1, at + 2 * width, at + 2 * width + 1] {
                 for k in 0..4 {
-                    sum[k] += f64::from(samples[s][k]);
+                    sum[k] += samples[s][k];
                 }
             }
             let alpha = sum[3] / 4.0;
-            let colour = |k: usize| if sum[3] > 0.0 { colour::encode(sum[k] / sum[3]) } else { 0 };
-            out.extend([colour(0), colour(1), colour(2), (alpha * 255.0).round() as u8]);
+            let colour = |k: usize| {
+                let c = if sum[3] > 0.0 { sum[k] / sum[3] } else { 0.0 };
+                table[((c * STEPS as f32).round() as usize).min(table.len() - 1)]
+            };
+            out.extend([
+                colour(0),
+                colour(1),
+                colour(2),
+                (alpha * 255.0).round() as u8,
+            ]);
         }
     }
     out

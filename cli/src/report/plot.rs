@@ -46,7 +46,9 @@ pub(super) fn plots(series: &[Series]) -> String {
 fn time_axis(times: impl Iterator<Item = f64>) -> Axis {
     let ends = times
         .filter(|t| t.abs() < HUGE)
-        .fold(None, |r: Option<(f64, f64)>, t| Some(r.map_or((t, t), |(a, b)| (a.min(t), b.max(t)))));
+        .fold(None, |r: Option<(f64, f64)>, t| {
+            Some(r.map_or((t, t), |(a, b)| (a.min(t), b.max(t))))
+        });
     match ends {
         Some((a, b)) if b - a > 1e-9 * a.abs().max(b.abs()) => Axis::exact(a, b, 8),
         Some((a, _)) => Axis::new([a].into_iter(), false, 4),
@@ -65,8 +67,11 @@ fn figure(group: &str, unit: &str, log: bool, curves: &[&Series], x: &Axis) -> S
         escape(&title),
     );
     frame(&mut out, x, &y, unit);
-    let drawn: Vec<bool> =
-        shown.iter().enumerate().map(|(i, s)| curve(&mut out, s, i, x, &y)).collect();
+    let drawn: Vec<bool> = shown
+        .iter()
+        .enumerate()
+        .map(|(i, s)| curve(&mut out, s, i, x, &y))
+        .collect();
     if !drawn.contains(&true) {
         let _ = write!(
             out,
@@ -79,11 +84,24 @@ fn figure(group: &str, unit: &str, log: bool, curves: &[&Series], x: &Axis) -> S
     legend(&mut out, shown, unit);
     let lost = values().filter(|v| y.place(*v).is_none()).count();
     if lost > 0 {
-        let why = if log { "not finite or not positive" } else { "not finite" };
-        let _ = write!(out, "<p class=\"small\">{} of {} values left out: {why}.</p>", count(lost as u64), count(values().count() as u64));
+        let why = if log {
+            "not finite or not positive"
+        } else {
+            "not finite"
+        };
+        let _ = write!(
+            out,
+            "<p class=\"small\">{} of {} values left out: {why}.</p>",
+            count(lost as u64),
+            count(values().count() as u64)
+        );
     }
     if curves.len() > shown.len() {
-        let _ = write!(out, "<p class=\"small\">{} further curves are not shown.</p>", curves.len() - shown.len());
+        let _ = write!(
+            out,
+            "<p class=\"small\">{} further curves are not shown.</p>",
+            curves.len() - shown.len()
+        );
     }
     out.push_str("</figure>\n");
     out
@@ -99,7 +117,8 @@ fn title(group: &str, curves: &[&Series]) -> String {
         ("", [one]) => one.name.clone(),
         (other, _) => {
             let mut c = other.chars();
-            c.next().map_or_else(String::new, |f| f.to_uppercase().chain(c).collect())
+            c.next()
+                .map_or_else(String::new, |f| f.to_uppercase().chain(c).collect())
         }
     }
 }
@@ -143,7 +162,11 @@ fn frame(out: &mut String, x: &Axis, y: &Axis, unit: &str) {
 }
 
 fn bracketed(unit: &str) -> String {
-    if unit.is_empty() { String::new() } else { format!("[{unit}]") }
+    if unit.is_empty() {
+        String::new()
+    } else {
+        format!("[{unit}]")
+    }
 }
 
 /// Draws one curve; false when it has no value with a place in the plot.
@@ -155,15 +178,30 @@ fn curve(out: &mut String, series: &Series, index: usize, x: &Axis, y: &Axis) ->
         .collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
     let runs = envelope(&points, (WIDTH - LEFT - RIGHT) as usize);
-    let class = format!("c{}{}", index % COLOURS, if index >= COLOURS { " dash" } else { "" });
+    let class = format!(
+        "c{}{}",
+        index % COLOURS,
+        if index >= COLOURS { " dash" } else { "" }
+    );
     let mut path = String::new();
     for run in &runs {
         if let [(t, v)] = run.as_slice() {
-            let _ = write!(out, "<circle class=\"{class}\" cx=\"{:.1}\" cy=\"{:.1}\" r=\"2.6\"/>", to_x(*t), to_y(*v));
+            let _ = write!(
+                out,
+                "<circle class=\"{class}\" cx=\"{:.1}\" cy=\"{:.1}\" r=\"2.6\"/>",
+                to_x(*t),
+                to_y(*v)
+            );
             continue;
         }
         for (i, (t, v)) in run.iter().enumerate() {
-            let _ = write!(path, "{}{:.1} {:.1}", if i == 0 { 'M' } else { 'L' }, to_x(*t), to_y(*v));
+            let _ = write!(
+                path,
+                "{}{:.1} {:.1}",
+                if i == 0 { 'M' } else { 'L' },
+                to_x(*t),
+                to_y(*v)
+            );
         }
     }
     if !path.is_empty() {
@@ -206,13 +244,21 @@ mod tests {
     /// Whatever the data, the SVG is finite, escaped and of bounded size.
     #[test]
     fn plots_are_robust() {
-        let many = (0..400_000).map(|i| (f64::from(i), f64::from(i).sin())).collect();
+        let many = (0..400_000)
+            .map(|i| (f64::from(i), f64::from(i).sin()))
+            .collect();
         let cases: Vec<Vec<(f64, f64)>> = vec![
             vec![],
             vec![(0.0, 1.0)],
             vec![(0.0, 2.0), (1.0, 2.0)],
             vec![(0.0, f64::NAN), (f64::NAN, 1.0), (1.0, f64::INFINITY)],
-            vec![(0.0, 1.0), (0.5, f64::NAN), (1.0, 3.0), (2.0, 1e308), (3.0, -1e308)],
+            vec![
+                (0.0, 1.0),
+                (0.5, f64::NAN),
+                (1.0, 3.0),
+                (2.0, 1e308),
+                (3.0, -1e308),
+            ],
             vec![(1.0, -5.0), (0.0, 0.0)],
             vec![(1e300, 1e-320), (-1e300, 0.0)],
             many,

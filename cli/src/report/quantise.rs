@@ -118,7 +118,13 @@ mod tests {
     /// Test vectors of RFC 4648, section 10.
     #[test]
     fn base64_vectors() {
-        for (plain, coded) in [("", ""), ("f", "Zg=="), ("fo", "Zm8="), ("foo", "Zm9v"), ("foobar", "Zm9vYmFy")] {
+        for (plain, coded) in [
+            ("", ""),
+            ("f", "Zg=="),
+            ("fo", "Zm8="),
+            ("foo", "Zm9v"),
+            ("foobar", "Zm9vYmFy"),
+        ] {
             assert_eq!(base64(plain.bytes()), coded);
             assert_eq!(base64_len(plain.len()), coded.len());
         }

@@ -82,11 +82,17 @@ impl GBuffer {
                 ]
             })
             .collect();
-        let normals: Vec<[f64; 3]> =
-            shape.normals.iter().map(|n| view.basis.project(*n)).collect();
+        let normals: Vec<[f64; 3]> = shape
+            .normals
+            .iter()
+            .map(|n| view.basis.project(*n))
+            .collect();
         for (t, tri) in shape.triangles.iter().enumerate() {
             let ids = tri.map(|i| i as usize);
-            if ids.iter().any(|&i| i >= projected.len() || i >= normals.len()) {
+            if ids
+                .iter()
+                .any(|&i| i >= projected.len() || i >= normals.len())
+            {
                 continue;
             }
             let corners = ids.map(|i| projected[i]);
@@ -104,8 +110,8 @@ impl GBuffer {
         p: [[f64; 3]; 3],
         n: [[f64; 3]; 3],
     ) {
-        let area = (p[1][0] - p[0][0]) * (p[2][1] - p[0][1])
-            - (p[2][0] - p[0][0]) * (p[1][1] - p[0][1]);
+        let area =
+            (p[1][0] - p[0][0]) * (p[2][1] - p[0][1]) - (p[2][0] - p[0][0]) * (p[1][1] - p[0][1]);
         if area == 0.0 || !area.is_finite() {
             return;
         }

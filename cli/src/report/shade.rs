@@ -13,11 +13,7 @@ pub(super) enum Ink {
     /// A tint for each panel.
     Panels,
     /// A field between `low` and `high`.
-    Map {
-        map: ColourMap,
-        low: f32,
-        high: f32,
-    },
+    Map { map: ColourMap, low: f32, high: f32 },
 }
 
 /// A soft shadow on the plane `y = level`.
@@ -36,6 +32,9 @@ type Rgb = [f64; 3];
 pub(super) const RIGHT_SIDE: Rgb = [0.76, 0.56, 0.38];
 pub(super) const WRONG_SIDE: Rgb = [0.27, 0.37, 0.47];
 pub(super) const BODY: Rgb = [0.40, 0.40, 0.41];
+
+/// Tints before they repeat.
+pub(super) const TINTS: usize = 512;
 
 const KEY: Rgb = [-0.449_4, 0.649_2, 0.613_6];
 const FILL: Rgb = [0.826_4, 0.110_2, 0.552_2];
@@ -56,11 +55,23 @@ fn lit(n: Rgb, albedo: Rgb, open: f64, contrast: f64) -> Rgb {
 }
 
 /// Shades all samples: premultiplied linear RGB and coverage.
-pub(super) fn shade(g: &GBuffer, scale: f64, basis: &Basis, centre: [f64; 2], ink: Ink, ground: Option<&Ground>) -> Vec<[f32; 4]> {
+pub(super) fn shade(
+    g: &GBuffer,
+    scale: f64,
+    basis: &Basis,
+    centre: [f64; 2],
+    ink: Ink,
+    ground: Option<&Ground>,
+) -> Vec<[f32; 4]> {
     let table: Vec<Rgb> = match ink {
         Ink::Map { map, .. } => (0..512).map(|i| map.linear(f64::from(i) / 511.0)).collect(),
         _ => Vec::new(),
     };
+    let tints: Vec<Rgb> = match ink {
+        Ink::Panels => (0..TINTS).map(colour::panel_colour).collect(),
+        _ => Vec::new(),
+    };
+    let occlusion = Occlusion::new(g.height, scale);
     let mut out = vec![[0.0f32; 4]; g.width * g.height];
     for y in 0..g.height {
         for x in 0..g.width {
@@ -84,11 +95,18 @@ pub(super) fn shade(g: &GBuffer, scale: f64, basis: &Basis, centre: [f64; 2], in
                     (if right_side { RIGHT_SIDE } else { WRONG_SIDE }, 1.0)
                 }
                 (Cover::Cloth { panel, right_side }, Ink::Panels) => {
-                    let tint = colour::panel_colour(panel.into());
-                    (if right_side { tint } else { tint.map(|c| c * 0.55) }, 1.0)
+                    let tint = tints[usize::from(panel) % TINTS];
+                    (
+                        if right_side {
+                            tint
+                        } else {
+                            tint.map(|c| c * 0.55)
+                        },
+                        1.0,
+                    )
                 }
             };
-            let open = 1.0 - occlusion(g, x, y, scale);
+            let open = 1.0 - f64::from(occlusion.at(g, x, y));
             let mut c = lit(n, albedo, open, contrast);
             if seam(g, x, y, scale) {
                 c = c.map(|c| c * 0.62);
@@ -123,38 +141,61 @@ const RING: [([f64; 2], f64); 10] = [
     ([-0.923, 0.386], 1.00),
 ];
 
-/// How much of the surrounding light is blocked, from neighbours in the depth
-/// buffer above the tangent plane (obscurance with a quadratic fall-off).
-fn occlusion(g: &GBuffer, x: usize, y: usize, scale: f64) -> f64 {
-    let at = y * g.width + x;
-    let n = g.normal[at].map(f64::from);
-    let depth = f64::from(g.depth[at]);
-    let reach = 0.075 * g.height as f64; // samples
-    let radius = reach / scale; // metres
-    // Four rotations inside each pixel: their mean has no noise between pixels.
-    let turn = std::f64::consts::FRAC_PI_2 / 4.0 * ((x & 1) * 2 + (y & 1)) as f64;
-    let (sin, cos) = turn.sin_cos();
-    let mut sum = 0.0;
-    for (dir, r) in RING {
-        let dx = (dir[0] * cos - dir[1] * sin) * r * reach;
-        let dy = (dir[0] * sin + dir[1] * cos) * r * reach;
-        let (sx, sy) = (x as f64 + dx, y as f64 + dy);
-        if sx < 0.0 || sy < 0.0 || sx >= g.width as f64 || sy >= g.height as f64 {
-            continue;
-        }
-        let other = g.depth[sy as usize * g.width + sx as usize];
-        if !other.is_finite() {
-            continue;
-        }
-        let v = [dx / scale, -dy / scale, f64::from(other) - depth];
-        let length2 = dot(v, v);
-        let fall = (1.0 - length2 / (4.0 * radius * radius)).max(0.0);
-        let above = dot(v, n) - 0.02 * radius;
-        if above > 0.0 {
-            sum += fall * above / (length2.sqrt() + 1e-9);
+/// Sample offsets for the four samples of a pixel, turned against each other: their
+/// mean is smooth, without noise between pixels.
+struct Occlusion {
+    /// Offset in samples and the same in metres.
+    offsets: [[([i32; 2], [f32; 2]); RING.len()]; 4],
+    /// Reach \[m\].
+    radius: f32,
+}
+
+impl Occlusion {
+    fn new(height: usize, scale: f64) -> Self {
+        let reach = 0.075 * height as f64;
+        let offsets = std::array::from_fn(|k| {
+            let (sin, cos) = (std::f64::consts::FRAC_PI_8 * k as f64).sin_cos();
+            RING.map(|(d, r)| {
+                let step = [d[0] * cos - d[1] * sin, d[0] * sin + d[1] * cos]
+                    .map(|c| (c * r * reach).round());
+                (
+                    step.map(|c| c as i32),
+                    [(step[0] / scale) as f32, (-step[1] / scale) as f32],
+                )
+            })
+        });
+        Self {
+            offsets,
+            radius: (reach / scale) as f32,
         }
     }
-    (1.5 * sum / RING.len() as f64).min(0.85)
+
+    /// How much of the surrounding light is blocked, from neighbours in the depth
+    /// buffer above the tangent plane (obscurance with a quadratic fall-off).
+    fn at(&self, g: &GBuffer, x: usize, y: usize) -> f32 {
+        let at = y * g.width + x;
+        let (n, depth) = (g.normal[at], g.depth[at]);
+        let fade = 1.0 / (4.0 * self.radius * self.radius);
+        let mut sum = 0.0f32;
+        for (step, metres) in &self.offsets[(x & 1) * 2 + (y & 1)] {
+            let (sx, sy) = (x as i32 + step[0], y as i32 + step[1]);
+            if sx < 0 || sy < 0 || sx >= g.width as i32 || sy >= g.height as i32 {
+                continue;
+            }
+            let other = g.depth[sy as usize * g.width + sx as usize];
+            if other == f32::NEG_INFINITY {
+                continue;
+            }
+            let v = [metres[0], metres[1], other - depth];
+            let above = v[0] * n[0] + v[1] * n[1] + v[2] * n[2] - 0.02 * self.radius;
+            if above > 0.0 {
+                let length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+                let fall = (1.0 - length2 * fade).max(0.0);
+                sum += fall * above / length2.sqrt().max(1e-9);
+            }
+        }
+        (1.5 * sum / RING.len() as f32).min(0.85)
+    }
 }
 
 /// Whether a seam between two panels passes through the sample.

@@ -14,7 +14,7 @@ pub(super) struct FieldStats {
     pub max: f32,
     pub mean: f64,
     pub median: f32,
-    /// 99th percentile of the magnitude.
+    /// 99th percentile; of the magnitude when the sign matters.
     pub p99: f32,
     /// Values that are numbers.
     pub finite: usize,
@@ -26,15 +26,23 @@ pub(super) struct FieldStats {
 
 impl FieldStats {
     pub fn of(field: &Field) -> Self {
-        let mut v: Vec<f32> = field.values.iter().copied().filter(|v| v.is_finite()).collect();
+        let mut v: Vec<f32> = field
+            .values
+            .iter()
+            .copied()
+            .filter(|v| v.is_finite())
+            .collect();
         v.sort_by(f32::total_cmp);
         let (finite, missing) = (v.len(), field.values.len() - v.len());
         let at = |v: &[f32], q: f64| v[(q * (v.len() - 1) as f64).round() as usize];
         let (min, max, median, p99, mean) = if v.is_empty() {
             (0.0, 0.0, 0.0, 0.0, 0.0)
         } else {
-            let mut size: Vec<f32> = v.iter().map(|v| v.abs()).collect();
-            size.sort_by(f32::total_cmp);
+            let mut size = v.clone();
+            if field.diverging {
+                size.iter_mut().for_each(|v| *v = v.abs());
+                size.sort_by(f32::total_cmp);
+            }
             let mean = v.iter().map(|&v| f64::from(v)).sum::<f64>() / finite as f64;
             (v[0], v[finite - 1], at(&v, 0.5), at(&size, 0.99), mean)
         };
@@ -61,7 +69,17 @@ impl FieldStats {
             let t = (f64::from(value) - f64::from(scale.0)) / width;
             histogram[((t * BINS as f64).max(0.0) as usize).min(BINS - 1)] += 1;
         }
-        Self { scale, min, max, mean, median, p99, finite, missing, histogram }
+        Self {
+            scale,
+            min,
+            max,
+            mean,
+            median,
+            p99,
+            finite,
+            missing,
+            histogram,
+        }
     }
 }
 
@@ -84,7 +102,11 @@ mod tests {
     use super::*;
 
     fn field(values: Vec<f32>, diverging: bool) -> Field {
-        Field { values, diverging, ..Field::default() }
+        Field {
+            values,
+            diverging,
+            ..Field::default()
+        }
     }
 
     /// Extremes stay in the figures without deciding the colour scale.
@@ -101,10 +123,19 @@ mod tests {
     /// Empty, constant, absent and extreme values give a proper scale.
     #[test]
     fn every_scale_is_a_range() {
-        for values in [vec![], vec![0.0; 5], vec![3.0], vec![f32::NAN; 4], vec![-3e38, 3e38]] {
+        for values in [
+            vec![],
+            vec![0.0; 5],
+            vec![3.0],
+            vec![f32::NAN; 4],
+            vec![-3e38, 3e38],
+        ] {
             for diverging in [false, true] {
                 let s = FieldStats::of(&field(values.clone(), diverging));
-                assert!(s.scale.0 < s.scale.1 && (s.scale.1 - s.scale.0).is_finite(), "{s:?}");
+                assert!(
+                    s.scale.0 < s.scale.1 && (s.scale.1 - s.scale.0).is_finite(),
+                    "{s:?}"
+                );
             }
         }
         let signed = FieldStats::of(&field(vec![-2.0, 1.0, 0.5], true));

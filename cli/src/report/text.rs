@@ -100,7 +100,7 @@ pub(super) fn duration(s: f64) -> String {
         "0 s".into()
     } else if magnitude < 1e-3 {
         format!("{} µs", number(s * 1e6))
-    } else if magnitude < 1.0 {
+    } else if magnitude < 0.1 {
         format!("{} ms", number(s * 1e3))
     } else if magnitude < 120.0 {
         format!("{} s", number(s))

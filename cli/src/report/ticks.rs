@@ -25,12 +25,22 @@ impl Axis {
         for v in values.filter(|v| v.abs() < HUGE && (!log || *v > 1e-200)) {
             range = Some(range.map_or((v, v), |(a, b)| (a.min(v), b.max(v))));
         }
-        if log { Self::logarithmic(range, wanted) } else { Self::linear(range, wanted) }
+        if log {
+            Self::logarithmic(range, wanted)
+        } else {
+            Self::linear(range, wanted)
+        }
     }
 
     /// Like [`Self::new`] for a linear axis with these ends exactly.
     pub fn exact(low: f64, high: f64, wanted: usize) -> Self {
-        let mut axis = Self { low, high, log: false, ticks: Vec::new(), exponent: 0 };
+        let mut axis = Self {
+            low,
+            high,
+            log: false,
+            ticks: Vec::new(),
+            exponent: 0,
+        };
         axis.place_ticks(wanted);
         axis
     }
@@ -50,14 +60,26 @@ impl Axis {
         }
         // Round the ends outwards, so that the curve does not touch the border.
         let step = round_step((high - low) / wanted as f64);
-        Self::exact((low / step).floor() * step, (high / step).ceil() * step, wanted)
+        Self::exact(
+            (low / step).floor() * step,
+            (high / step).ceil() * step,
+            wanted,
+        )
     }
 
     fn place_ticks(&mut self, wanted: usize) {
         let step = round_step((self.high - self.low) / wanted as f64);
         let size = self.low.abs().max(self.high.abs());
-        let magnitude = if size > 0.0 { size.log10().floor() as i32 } else { 0 };
-        self.exponent = if (-2..4).contains(&magnitude) { 0 } else { magnitude.div_euclid(3) * 3 };
+        let magnitude = if size > 0.0 {
+            size.log10().floor() as i32
+        } else {
+            0
+        };
+        self.exponent = if (-2..4).contains(&magnitude) {
+            0
+        } else {
+            magnitude.div_euclid(3) * 3
+        };
         let unit = 10f64.powi(self.exponent);
         let digits = (-(step / unit).log10().floor()).clamp(0.0, 9.0) as usize;
         let first = (self.low / step - 1e-6).ceil();
@@ -65,7 +87,8 @@ impl Axis {
         while k < 40.0 && (first + k) * step <= self.high + 1e-6 * step {
             let v = (first + k) * step;
             let text = format!("{:.digits$}", v / unit + 0.0);
-            self.ticks.push((v, minus(if digits > 0 { trim_zeros(&text) } else { &text })));
+            self.ticks
+                .push((v, minus(if digits > 0 { trim_zeros(&text) } else { &text })));
             k += 1.0;
         }
     }
@@ -86,7 +109,13 @@ impl Axis {
                 (10f64.powi(e), label)
             })
             .collect();
-        Self { low: 10f64.powi(first), high: 10f64.powi(last), log: true, ticks, exponent: 0 }
+        Self {
+            low: 10f64.powi(first),
+            high: 10f64.powi(last),
+            log: true,
+            ticks,
+            exponent: 0,
+        }
     }
 
     /// Position of a value on the axis, 0 at `low` and 1 at `high`; `None` when it has none.
@@ -118,7 +147,9 @@ impl Axis {
         match (self.exponent, prefixed && !prefix.is_empty()) {
             (0, _) => unit.to_owned(),
             (_, true) => format!("{prefix}{unit}"),
-            (e, false) => format!("×10{} {unit}", superscript(e)).trim_end().to_owned(),
+            (e, false) => format!("×10{} {unit}", superscript(e))
+                .trim_end()
+                .to_owned(),
         }
     }
 }
@@ -129,7 +160,10 @@ pub(super) fn round_step(raw: f64) -> f64 {
         return 1.0;
     }
     let power = 10f64.powi(raw.log10().floor() as i32);
-    let step = [1.0, 2.0, 5.0].map(|m| m * power).into_iter().find(|s| *s >= raw * 0.999_999);
+    let step = [1.0, 2.0, 5.0]
+        .map(|m| m * power)
+        .into_iter()
+        .find(|s| *s >= raw * 0.999_999);
     step.unwrap_or(10.0 * power)
 }
 
@@ -147,7 +181,10 @@ mod tests {
         let a = Axis::new([0.0, 0.93].into_iter(), false, 5);
         assert_eq!(labels(&a), ["0", "0.2", "0.4", "0.6", "0.8", "1"]);
         let a = Axis::new([1e-6, 4.2e-3].into_iter(), false, 5);
-        assert_eq!((labels(&a), a.unit("J").as_str()), (vec!["0", "1", "2", "3", "4", "5"], "mJ"));
+        assert_eq!(
+            (labels(&a), a.unit("J").as_str()),
+            (vec!["0", "1", "2", "3", "4", "5"], "mJ")
+        );
         let a = Axis::new([12_345.0, 0.0].into_iter(), false, 4);
         assert_eq!(a.unit("pairs"), "×10³ pairs");
         let a = Axis::new([3e-7, 2.0].into_iter(), true, 10);
@@ -173,7 +210,11 @@ mod tests {
                 let a = Axis::new(values.iter().copied(), log, 5);
                 assert!(a.low < a.high && (a.high - a.low).is_finite(), "{a:?}");
                 assert!((2..=41).contains(&a.ticks.len()), "{a:?}");
-                assert!(values.iter().all(|&v| a.place(v).is_none_or(f64::is_finite)));
+                assert!(
+                    values
+                        .iter()
+                        .all(|&v| a.place(v).is_none_or(f64::is_finite))
+                );
             }
         }
     }

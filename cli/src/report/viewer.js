@@ -88,7 +88,7 @@ void main() {
   float nv = max(dot(n, look), 0.0);
   vec3 albedo = gl_FrontFacing ? rightSide : wrongSide;
   float contrast = 1.0;
-  if (paint == 1) albedo = linear(texelFetch(palette, ivec2(int(panel) & 2047, 0), 0).rgb) * (gl_FrontFacing ? 1.0 : 0.55);
+  if (paint == 1) albedo = linear(texelFetch(palette, ivec2(int(panel) % textureSize(palette, 0).x, 0), 0).rgb) * (gl_FrontFacing ? 1.0 : 0.55);
   if (paint >= 2) {
     float t = paint == 2 ? level : value;
     albedo = t < -0.02 || t > 1.002 ? vec3(0.30) : linear(texture(ramp, vec2((clamp(t, 0.0, 1.0) * 255.0 + 0.5) / 256.0, 0.5)).rgb);
@@ -100,8 +100,11 @@ void main() {
   vec3 light = vec3(1.04, 0.97, 0.87) * key * 0.88 + vec3(0.13, 0.16, 0.22) * fill + mix(vec3(0.20, 0.18, 0.17), vec3(0.30, 0.33, 0.38), sky);
   vec3 c = albedo * (1.0 - contrast + contrast * light) + pow(1.0 - nv, 4.0) * (0.35 + 0.65 * sky) * 0.16 * contrast;
   if (wire) {
-    vec3 w = corner / max(fwidth(corner), 1e-6);
-    c = mix(c, c * 0.38, 0.85 * (1.0 - smoothstep(0.35, 1.25, min(w.x, min(w.y, w.z)))));
+    vec3 slope = max(fwidth(corner), 1e-6), w = corner / slope;
+    // Lines fade where triangles are only a few pixels high.
+    float high = 1.0 / max(slope.x, max(slope.y, slope.z));
+    float line = 1.0 - smoothstep(0.3, 1.15, min(w.x, min(w.y, w.z)));
+    c = mix(c, c * 0.35, 0.85 * line * smoothstep(1.5, 9.0, high));
   }
   colour = vec4(display(c), 1.0);
 }`;
@@ -209,7 +212,7 @@ const showFrame = k => {
   dirty();
 };
 const field = () => state.colour.startsWith('field') ? meta.fields[+state.colour.slice(5)] : null;
-const number = v => v === 0 ? '0' : Math.abs(v) >= 1e5 || Math.abs(v) < 1e-3 ? v.toExponential(2) : String(+v.toPrecision(3));
+const number = v => (v === 0 ? '0' : Math.abs(v) >= 1e5 || Math.abs(v) < 1e-3 ? v.toExponential(2) : String(+v.toPrecision(3))).replaceAll('-', '−');
 const showField = () => {
   const f = field();
   if (f) {
@@ -311,15 +314,17 @@ const dirty = () => {
 const reset = () => {
   // A box that a few strays cannot inflate: 1 % to 99 % per axis, then the body near it.
   const p = cloth.position, low = [0, 0, 0], high = [0, 0, 0];
+  let floor = Infinity;
   for (let k = 0; k < 3; k++) {
     const c = [];
     for (let i = k; i < p.length; i += 4) if (p[i - k + 3]) c.push(p[i]);
     c.sort((a, b) => a - b);
     low[k] = c[Math.round(0.005 * (c.length - 1))] || 0;
     high[k] = c[Math.round(0.995 * (c.length - 1))] || 0;
+    if (k === 1 && c.length) floor = Math.max(c[0], 2 * low[1] - high[1]);
   }
   const size = Math.max(high[0] - low[0], high[1] - low[1], high[2] - low[2]) || 0.1;
-  let floor = low[1];
+  if (floor === Infinity) floor = 0;
   for (const b of bodies) {
     for (let k = 0; k < 3; k++) {
       let a = Infinity, z = -Infinity;
@@ -333,7 +338,7 @@ const reset = () => {
   state.centre = low.map((v, k) => 0.5 * (v + high[k]));
   radius = 0.5 * Math.hypot(...low.map((v, k) => high[k] - v)) || 0.1;
   const narrow = Math.min(1, (canvas.clientWidth || 1) / (canvas.clientHeight || 1));
-  state.distance = 0.93 * radius / Math.sin(FIELD / 2) / narrow;
+  state.distance = 0.86 * radius / Math.sin(FIELD / 2) / narrow;
   state.yaw = 32; state.pitch = 22;
   ground = [state.centre[0], floor, state.centre[2], 3.2 * radius];
   spacing = 10 ** Math.round(Math.log10(0.35 * radius));
@@ -436,6 +441,7 @@ try {
   if (meta.panels > 1) colours.push(['panels', 'panels']);
   meta.fields.forEach((f, i) => colours.push(['field' + i, f.name + (f.unit && f.unit !== '1' ? ' [' + f.unit + ']' : '')]));
   for (const [value, text] of colours) find('.colour').append(new Option(text, value));
+  if (meta.panels > 1) find('.colour').value = state.colour = 'panels';
   find('.time').max = last;
   find('.bodies').hidden = bodies.length === 0;
   find('.play').disabled = find('.time').disabled = last === 0;

@@ -9,7 +9,7 @@ use super::data::{Field, Point, ReportData, ReportSurface};
 use super::picture::map_of;
 use super::quantise::{Quantised, base64, base64_len};
 use super::scalebar::table_bytes;
-use super::shade::{BODY, RIGHT_SIDE, WRONG_SIDE};
+use super::shade::{BODY, RIGHT_SIDE, TINTS, WRONG_SIDE};
 use super::stats::FieldStats;
 use super::text::{escape, script_json};
 
@@ -28,7 +28,12 @@ pub(super) enum Viewer {
 /// the last one are always among them.
 pub(super) fn viewer(data: &ReportData, budget: usize) -> Viewer {
     let total = data.frames.len();
-    let points = data.frames.iter().map(|f| f.positions.len()).max().unwrap_or(0);
+    let points = data
+        .frames
+        .iter()
+        .map(|f| f.positions.len())
+        .max()
+        .unwrap_or(0);
     if points == 0 || data.mesh.triangles.is_empty() {
         return Viewer::Absent("There is no recorded state with triangles to show in 3D.".into());
     }
@@ -39,14 +44,37 @@ pub(super) fn viewer(data: &ReportData, budget: usize) -> Viewer {
         .chain(data.point_fields.iter().map(|f| (f, false)))
         .filter(|(f, _)| f.values.iter().any(|v| v.is_finite()))
         .collect();
-    let fixed = SCRIPT.len() + 32_768 + topology_len(&data.mesh.triangles, points)
+    let fixed = SCRIPT.len()
+        + 32_768
+        + topology_len(&data.mesh.triangles, points)
         + base64_len(2 * data.mesh.panel.len())
-        + fields.iter().map(|(f, _)| base64_len(f.values.len())).sum::<usize>();
+        + fields
+            .iter()
+            .map(|(f, _)| base64_len(f.values.len()))
+            .sum::<usize>();
     let bodies = embedded_bodies(&data.bodies, budget.saturating_sub(fixed) / 2);
     let fixed = fixed + bodies.iter().map(|b| body_len(b)).sum::<usize>();
     let frame = base64_len(6 * points)
-        + bodies.iter().map(|b| if moves(b, total) { base64_len(6 * b.points.len()) } else { 0 }).sum::<usize>()
-        + fields.iter().map(|(f, _)| if varies(f, total) { base64_len(f.values.len()) } else { 0 }).sum::<usize>()
+        + bodies
+            .iter()
+            .map(|b| {
+                if moves(b, total) {
+                    base64_len(6 * b.points.len())
+                } else {
+                    0
+                }
+            })
+            .sum::<usize>()
+        + fields
+            .iter()
+            .map(|(f, _)| {
+                if varies(f, total) {
+                    base64_len(f.values.len())
+                } else {
+                    0
+                }
+            })
+            .sum::<usize>()
         + 256;
     let room = budget.saturating_sub(fixed) / frame;
     if room == 0 {
@@ -60,13 +88,18 @@ pub(super) fn viewer(data: &ReportData, budget: usize) -> Viewer {
     let meta = describe(data, points, &fields, &bodies, &chosen, &mut blobs);
     let mut remarks = Vec::new();
     if chosen.len() < total {
-        remarks.push(format!("{} of {total} recorded frames, evenly chosen to limit the size of this page.", chosen.len()));
+        remarks.push(format!(
+            "{} of {total} recorded frames, evenly chosen to limit the size of this page.",
+            chosen.len()
+        ));
     } else if total > 1 {
         remarks.push(format!("All {total} recorded frames."));
     }
     let left_out = data.bodies.len() - bodies.len();
     if left_out > 0 {
-        remarks.push(format!("{left_out} bodies are too detailed to be embedded here; the pictures show them."));
+        remarks.push(format!(
+            "{left_out} bodies are too detailed to be embedded here; the pictures show them."
+        ));
     }
     let controls = CONTROLS.replace("{{remarks}}", &escape(&remarks.join(" ")));
     Viewer::Html(format!(
@@ -83,7 +116,9 @@ fn evenly(total: usize, room: usize) -> Vec<usize> {
     } else if room == 1 {
         vec![total - 1]
     } else {
-        (0..room).map(|i| (i * (total - 1) + (room - 1) / 2) / (room - 1)).collect()
+        (0..room)
+            .map(|i| (i * (total - 1) + (room - 1) / 2) / (room - 1))
+            .collect()
     }
 }
 
@@ -92,7 +127,10 @@ struct Blobs(String);
 
 impl Blobs {
     fn add(&mut self, id: &str, base64: &str) {
-        let _ = writeln!(self.0, "<script type=\"text/plain\" id=\"b-{id}\">{base64}</script>");
+        let _ = writeln!(
+            self.0,
+            "<script type=\"text/plain\" id=\"b-{id}\">{base64}</script>"
+        );
     }
 }
 
@@ -129,7 +167,13 @@ fn embedded_bodies(bodies: &[ReportSurface], mut room: usize) -> Vec<&ReportSurf
 
 /// Invalid triangles become degenerate ones, so that fields keep their places.
 fn topology(triangles: &[[u32; 3]], points: usize) -> String {
-    let valid = |t: &[u32; 3]| if t.iter().all(|&i| (i as usize) < points) { *t } else { [0; 3] };
+    let valid = |t: &[u32; 3]| {
+        if t.iter().all(|&i| (i as usize) < points) {
+            *t
+        } else {
+            [0; 3]
+        }
+    };
     let ids = triangles.iter().flat_map(valid);
     if index_size(points) == 2 {
         base64(ids.flat_map(|i| (i as u16).to_le_bytes()))
@@ -166,9 +210,17 @@ fn describe(
     let total = data.frames.len();
     let triangles = data.mesh.triangles.len();
     blobs.add("topology", &topology(&data.mesh.triangles, points));
-    let panels = data.mesh.panel.iter().max().map_or(1, |&p| usize::from(p) + 1);
+    let panels = data
+        .mesh
+        .panel
+        .iter()
+        .max()
+        .map_or(1, |&p| usize::from(p) + 1);
     if panels > 1 {
-        blobs.add("panel", &base64(data.mesh.panel.iter().flat_map(|p| p.to_le_bytes())));
+        blobs.add(
+            "panel",
+            &base64(data.mesh.panel.iter().flat_map(|p| p.to_le_bytes())),
+        );
     }
     let frames: Vec<Value> = chosen
         .iter()
@@ -176,7 +228,11 @@ fn describe(
         .map(|(k, &i)| {
             let frame = &data.frames[i];
             let mut v = packed(blobs, &format!("frame{k}"), &frame.positions, points);
-            v["time"] = json!(if frame.time.is_finite() { frame.time } else { 0.0 });
+            v["time"] = json!(if frame.time.is_finite() {
+                frame.time
+            } else {
+                0.0
+            });
             v
         })
         .collect();
@@ -213,8 +269,9 @@ fn describe(
                 "high": scale.1, "frames": states, "diverging": map_of(field) == ColourMap::Diverging })
         })
         .collect();
-    let palette: Vec<u8> =
-        (0..panels.min(2048)).flat_map(|p| colour::panel_colour(p).map(encode)).collect();
+    let palette: Vec<u8> = (0..panels.min(TINTS))
+        .flat_map(|p| colour::panel_colour(p).map(encode))
+        .collect();
     json!({
         "points": points, "triangles": triangles, "index": index_size(points), "frames": frames,
         "bodies": bodies, "fields": fields, "panels": panels, "panelNames": data.mesh.panel_names,
