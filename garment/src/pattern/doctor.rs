@@ -87,10 +87,7 @@ pub fn examine(pattern: &Pattern) -> Vec<Finding> {
 ///
 /// A panel with points inside the body is a warning, with the fraction of its
 /// area that is inside.
-pub fn examine_on_body(
-    pattern: &Pattern,
-    sdf: &dyn Fn([f64; 3]) -> (f64, [f64; 3]),
-) -> Vec<Finding> {
+pub fn examine_on_body(pattern: &Pattern, sdf: crate::place::BodyField<'_>) -> Vec<Finding> {
     const STEPS: usize = 40;
     let mut out = Vec::new();
     for panel in &pattern.panels {

@@ -1,0 +1,147 @@
+//! Closing the seams and wrapping the garment around the body by geometry
+//! alone, before any dynamics.
+
+mod prolong;
+mod relax;
+mod sheet;
+
+use crate::place::{BodyField, BodyGuard};
+use crate::{GarmentError, GarmentMesh, MeshSettings};
+use sheet::Sheet;
+
+/// How a garment is assembled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AssembleSettings {
+    /// Distance kept from the body [m].
+    pub clearance: f64,
+    /// Stop when no edge is stretched more than this [1].
+    pub target_strain: f64,
+    /// Edge length of the coarsest level [m].
+    pub coarsest: f64,
+    /// Iterations of the coarsest level; each finer one gets half of them.
+    pub iterations: usize,
+    /// Progress of the mean strain over ten iterations that counts [1].
+    pub stagnation: f64,
+    /// How many times ten iterations without progress end a level.
+    pub patience: usize,
+}
+
+impl Default for AssembleSettings {
+    fn default() -> Self {
+        Self {
+            clearance: 0.005,
+            target_strain: 0.1,
+            coarsest: 0.04,
+            iterations: 600,
+            stagnation: 1e-3,
+            patience: 5,
+        }
+    }
+}
+
+/// One level of the assembly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LevelReport {
+    /// Edge length of its mesh [m].
+    pub edge_length: f64,
+    /// Its points.
+    pub points: usize,
+    /// Iterations spent.
+    pub iterations: usize,
+    /// Reached the target strain.
+    pub converged: bool,
+}
+
+/// What the assembly reached. Strains are those of every triangle's edges
+/// against its own panel, `l / L − 1`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AssembleReport {
+    /// Levels, coarse to fine.
+    pub levels: Vec<LevelReport>,
+    /// Largest stretch [1].
+    pub stretch_max: f64,
+    /// Largest compression, positive [1].
+    pub compression_max: f64,
+    /// Mean of the absolute strain [1].
+    pub strain_mean: f64,
+    /// Absolute strain that half, 90 %, 99 % of the edges stay below [1].
+    pub strain_percentiles: [f64; 3],
+    /// Points inside the body.
+    pub points_inside: usize,
+    /// Largest depth inside the body [m].
+    pub depth_max: f64,
+}
+
+/// Assembles a garment around a body: positions for
+/// [`GarmentMesh::triangles`], and what they reach.
+///
+/// # Errors
+/// [`GarmentError`] never for a mesh that was built, unless its pattern was
+/// changed since.
+pub fn preassemble(
+    garment: &GarmentMesh,
+    body: BodyField<'_>,
+    settings: &AssembleSettings,
+) -> Result<(Vec<[f64; 3]>, AssembleReport), GarmentError> {
+    // Coarser meshes of the same pattern; a level that does not mesh (an
+    // outline too fine for it) is left out.
+    let mut coarse: Vec<GarmentMesh> = Vec::new();
+    let mut h = 2.0 * garment.settings.edge_length;
+    while h <= settings.coarsest * 1.001 {
+        let level = MeshSettings {
+            edge_length: h,
+            ..garment.settings
+        };
+        coarse.extend(GarmentMesh::build(&garment.pattern, &level));
+        h *= 2.0;
+    }
+    coarse.reverse();
+    let levels: Vec<&GarmentMesh> = coarse.iter().chain([garment]).collect();
+    let mut report = AssembleReport::default();
+    let mut x = levels[0].points_initial.clone();
+    for (i, mesh) in levels.iter().enumerate() {
+        if i > 0 {
+            x = prolong::prolong(levels[i - 1], &x, mesh);
+        }
+        let sheet = Sheet::new(mesh);
+        let mut guard = BodyGuard::new(&x, body, settings.clearance);
+        let budget = (settings.iterations >> i).max(50);
+        let done = relax::relax(&sheet, &mut x, &mut guard, settings, budget);
+        report.levels.push(LevelReport {
+            edge_length: mesh.settings.edge_length,
+            points: mesh.points_initial.len(),
+            iterations: done.iterations,
+            converged: done.converged,
+        });
+    }
+    measure(garment, &x, body, &mut report);
+    Ok((x, report))
+}
+
+fn measure(mesh: &GarmentMesh, x: &[[f64; 3]], body: BodyField<'_>, report: &mut AssembleReport) {
+    let mut strains = Vec::with_capacity(3 * mesh.triangles.len());
+    for (t, m) in mesh.triangles.iter().zip(&mesh.material) {
+        for k in 0..3 {
+            let j = (k + 1) % 3;
+            let rest = crate::math::dist2(m[k], m[j]);
+            let now = crate::math::dist(x[t[k] as usize], x[t[j] as usize]);
+            let strain = now / rest - 1.0;
+            report.stretch_max = report.stretch_max.max(strain);
+            report.compression_max = report.compression_max.max(-strain);
+            strains.push(strain.abs());
+        }
+    }
+    strains.sort_by(f64::total_cmp);
+    if !strains.is_empty() {
+        report.strain_mean = strains.iter().sum::<f64>() / strains.len() as f64;
+        report.strain_percentiles =
+            [0.5, 0.9, 0.99].map(|q| strains[((strains.len() - 1) as f64 * q) as usize]);
+    }
+    for &p in x {
+        let d = body(p).0;
+        if d < 0.0 {
+            report.points_inside += 1;
+            report.depth_max = report.depth_max.max(-d);
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Position-based relaxation of one level.
+
+use super::AssembleSettings;
+use super::sheet::{Link, Sheet};
+use crate::math::{dist, norm, scale, sub};
+use crate::place::BodyGuard;
+
+/// Part of the last move that is repeated: heavy-ball acceleration, which
+/// spreads corrections over the sheet in a number of iterations proportional
+/// to its width instead of its square.
+const MOMENTUM: f64 = 0.9;
+/// Largest move of a point per iteration, in edge lengths.
+const MAX_MOVE: f64 = 0.25;
+/// Share of the error that is corrected: stretched and compressed edges, and
+/// folded corners. Cloth hardly stretches but buckles.
+const STRETCHED: f64 = 0.8;
+const COMPRESSED: f64 = 0.3;
+const FOLDED: f64 = 0.25;
+/// Opposite corners are pushed apart below this part of their flat distance.
+const FOLD_LIMIT: f64 = 0.85;
+/// Iterations between measurements.
+const STRIDE: usize = 10;
+
+/// How a level ended.
+pub(super) struct Relaxed {
+    pub iterations: usize,
+    pub converged: bool,
+}
+
+/// Relaxes `x` in place.
+pub(super) fn relax(
+    sheet: &Sheet,
+    x: &mut [[f64; 3]],
+    guard: &mut BodyGuard<'_>,
+    settings: &AssembleSettings,
+    iterations: usize,
+) -> Relaxed {
+    let limit = MAX_MOVE * sheet.edge_length;
+    let mut previous = x.to_vec();
+    let mut best = f64::MAX;
+    let mut stale = 0;
+    for iteration in 0..iterations {
+        for i in 0..x.len() {
+            let start = x[i];
+            for k in 0..3 {
+                x[i][k] += MOMENTUM * (start[k] - previous[i][k]);
+            }
+            previous[i] = start;
+        }
+        let forward = iteration % 2 == 0;
+        sweep(&sheet.edges, x, forward, |l, rest| {
+            let error = l - rest;
+            error * if error > 0.0 { STRETCHED } else { COMPRESSED }
+        });
+        sweep(&sheet.across, x, forward, |l, rest| {
+            (l - FOLD_LIMIT * rest).min(0.0) * FOLDED
+        });
+        sweep(&sheet.ties, x, forward, |l, _| 0.5 * l);
+        for i in 0..x.len() {
+            let step = sub(x[i], previous[i]);
+            let length = norm(step);
+            if length > limit {
+                let short = scale(step, limit / length);
+                for k in 0..3 {
+                    x[i][k] = previous[i][k] + short[k];
+                }
+            }
+            guard.keep_out(i, &mut x[i]);
+        }
+        if iteration % STRIDE == STRIDE - 1 {
+            let strain = tension(&sheet.edges, x);
+            if strain.0 < settings.target_strain {
+                return Relaxed {
+                    iterations: iteration + 1,
+                    converged: true,
+                };
+            }
+            // The mean square falls smoothly; give up when it no longer does.
+            if strain.1 < best * (1.0 - settings.stagnation) {
+                best = strain.1;
+                stale = 0;
+            } else {
+                stale += 1;
+                if stale >= settings.patience {
+                    return Relaxed {
+                        iterations: iteration + 1,
+                        converged: false,
+                    };
+                }
+            }
+        }
+    }
+    Relaxed {
+        iterations,
+        converged: false,
+    }
+}
+
+/// Moves both ends of each link by half of `correction(length, rest)`.
+fn sweep(links: &[Link], x: &mut [[f64; 3]], forward: bool, correction: impl Fn(f64, f64) -> f64) {
+    let mut apply = |link: &Link| {
+        let [i, j] = link.ends.map(|v| v as usize);
+        let d = sub(x[j], x[i]);
+        let l = norm(d);
+        let c = correction(l, link.rest);
+        if c == 0.0 || !(l > 1e-12) {
+            return;
+        }
+        let s = 0.5 * c / l;
+        for k in 0..3 {
+            x[i][k] += s * d[k];
+            x[j][k] -= s * d[k];
+        }
+    };
+    if forward {
+        links.iter().for_each(&mut apply);
+    } else {
+        links.iter().rev().for_each(&mut apply);
+    }
+}
+
+/// Largest and root-mean-square tensile strain.
+fn tension(edges: &[Link], x: &[[f64; 3]]) -> (f64, f64) {
+    let (mut largest, mut sum) = (0.0f64, 0.0);
+    for e in edges {
+        let [i, j] = e.ends.map(|v| v as usize);
+        let s = (dist(x[i], x[j]) / e.rest - 1.0).max(0.0);
+        largest = largest.max(s);
+        sum += s * s;
+    }
+    (largest, (sum / edges.len().max(1) as f64).sqrt())
+}
