@@ -144,36 +144,44 @@ pub(super) fn extent<'a>(
 }
 
 fn bounds(basis: &Basis, points: &[Point]) -> Option<[(f64, f64); 2]> {
-    let mut axes = [
-        Vec::with_capacity(points.len()),
-        Vec::with_capacity(points.len()),
-    ];
-    for p in points.iter().filter(|p| drawable(p)) {
+    let limits = stray_limits(points, 1.5)?;
+    let mut range = [(f64::INFINITY, f64::NEG_INFINITY); 2];
+    for p in points.iter().filter(|p| drawable(p) && within(&limits, p)) {
         let c = basis.project(*p);
-        axes[0].push(c[0]);
-        axes[1].push(c[1]);
+        for k in 0..2 {
+            range[k] = (range[k].0.min(c[k]), range[k].1.max(c[k]));
+        }
     }
-    if axes[0].is_empty() {
-        return None;
+    (range[0].0 <= range[0].1).then_some(range)
+}
+
+/// Limits of each axis beyond which a point is a stray: outside the middle 98 % of
+/// the points by more than `reach` times their largest range. `None` without any
+/// drawable point.
+///
+/// A failed run throws a few points far away; they must decide neither the scale
+/// of a picture nor the resolution of stored positions.
+pub(super) fn stray_limits(points: &[Point], reach: f32) -> Option<[(f32, f32); 3]> {
+    let mut middle = [(0.0, 0.0); 3];
+    for (k, middle) in middle.iter_mut().enumerate() {
+        let mut axis: Vec<f32> = points
+            .iter()
+            .filter(|p| drawable(p))
+            .map(|p| p[k])
+            .collect();
+        let last = axis.len().checked_sub(1)?;
+        let cut = last / 100;
+        let mut at = |i: usize| *axis.select_nth_unstable_by(i, f32::total_cmp).1;
+        *middle = (at(cut), at(last - cut));
     }
-    Some(axes.map(|mut axis| {
-        axis.sort_by(f64::total_cmp);
-        let last = axis.len() - 1;
-        let at = |q: f64| axis[(q * last as f64).round() as usize];
-        let (low, high) = (at(0.01), at(0.99));
-        // A few strays must not decide the scale.
-        let reach = 6.0 * (high - low);
-        let keep = |v: f64| {
-            if high > low {
-                v.clamp(low - reach, high + reach)
-            } else {
-                v
-            }
-        };
-        let (a, b) = (axis[0], axis[last]);
-        let strays = keep(a) != a || keep(b) != b;
-        if strays { (low, high) } else { (a, b) }
-    }))
+    let range = middle.iter().map(|(a, b)| b - a).fold(0.0, f32::max);
+    // All of the middle in one place: no notion of a stray.
+    let reach = if range > 0.0 { reach * range } else { FAR };
+    Some(middle.map(|(a, b)| (a - reach, b + reach)))
+}
+
+fn within(limits: &[(f32, f32); 3], p: &Point) -> bool {
+    (0..3).all(|k| (limits[k].0..=limits[k].1).contains(&p[k]))
 }
 
 #[cfg(test)]
@@ -210,6 +218,7 @@ mod tests {
         let mut cloth: Vec<Point> = (0..1000).map(|i| [i as f32 * 1e-3, 0.5, 0.0]).collect();
         cloth.push([9e4, f32::NAN, 0.0]);
         cloth.push([9e4, 0.0, 0.0]);
+        cloth.push([0.5, 3.0, -9e4]);
         let ground: Vec<Point> = vec![[-50.0, 0.0, -50.0], [50.0, 0.0, 50.0]];
         let e = extent(
             &View::Front.basis(),
@@ -217,7 +226,7 @@ mod tests {
             [ground.as_slice()].into_iter(),
         );
         let e = e.expect("finite points");
-        assert!(e.half[0] < 0.9, "{e:?}");
+        assert!(e.half[0] < 0.9 && e.half[1] < 0.5, "{e:?}");
         assert!(extent(&View::Front.basis(), &[], std::iter::empty()).is_none());
     }
 }

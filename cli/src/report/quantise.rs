@@ -4,9 +4,11 @@
 //! c ≈ min + step · u,   u in 0..=65534,   step = (max − min) / 65534
 //! ```
 //! per frame and axis: the error is at most half a step, 8 µm for a metre.
-//! `u = 65535` marks a point that is missing or not finite.
+//! `u = 65535` marks a point that is missing or not finite. Strays far outside the
+//! rest are moved to the limits of [`stray_limits`], where they do not cost the
+//! rest its resolution.
 
-use super::camera::drawable;
+use super::camera::{drawable, stray_limits};
 use super::data::Point;
 
 /// Mark of a missing point.
@@ -25,10 +27,12 @@ impl Quantised {
     /// Encodes exactly `count` points; those beyond the end are missing.
     pub fn new(points: &[Point], count: usize) -> Self {
         let (mut min, mut max) = ([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]);
-        for p in points.iter().take(count).filter(|p| drawable(p)) {
+        let known = &points[..points.len().min(count)];
+        let limits = stray_limits(known, 8.0).unwrap_or_default();
+        for p in known.iter().filter(|p| drawable(p)) {
             for k in 0..3 {
-                min[k] = min[k].min(p[k]);
-                max[k] = max[k].max(p[k]);
+                let c = p[k].clamp(limits[k].0, limits[k].1);
+                (min[k], max[k]) = (min[k].min(c), max[k].max(c));
             }
         }
         if min[0] > max[0] {
@@ -103,6 +107,19 @@ mod tests {
             }
         }
         assert!(q.words[1500..].iter().all(|&w| w == MISSING));
+    }
+
+    /// A point thrown far away leaves the others their resolution.
+    #[test]
+    fn strays_cost_nothing() {
+        let mut points: Vec<Point> = (0..400).map(|i| [i as f32 * 2.5e-3, 0.0, 1.0]).collect();
+        points.push([9e5, -9e5, 2.0]);
+        let q = Quantised::new(&points, points.len());
+        for (i, p) in points.iter().enumerate().take(400) {
+            let back = q.min[0] + q.step[0] * f32::from(q.words[3 * i]);
+            assert!((back - p[0]).abs() < 1e-4, "{back} {}", p[0]);
+        }
+        assert_eq!(q.words[1200], 65_534);
     }
 
     /// A single point, a flat frame and an empty frame are exact.

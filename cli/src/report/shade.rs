@@ -86,7 +86,7 @@ pub(super) fn shade(
                     }
                     continue;
                 }
-                (Cover::Body, Ink::Map { .. }) => (BODY.map(|c| c * 1.25), 0.8),
+                (Cover::Body, Ink::Map { .. }) => (BODY.map(|c| c * 0.5), 0.9),
                 (Cover::Body, _) => (BODY, 1.0),
                 (Cover::Cloth { .. }, Ink::Map { low, high, .. }) => {
                     (mapped(&table, g.value[at], low, high), 0.62)

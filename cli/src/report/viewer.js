@@ -9,7 +9,7 @@ const canvas = find('canvas');
 const fail = text => {
   find('.nogl').textContent = text;
   find('.nogl').hidden = false;
-  find('.controls').hidden = true;
+  find('.controls').hidden = canvas.hidden = true;
   page.dataset.viewer = 'unavailable';
 };
 page.dataset.errors = '0';
@@ -338,7 +338,7 @@ const reset = () => {
   state.centre = low.map((v, k) => 0.5 * (v + high[k]));
   radius = 0.5 * Math.hypot(...low.map((v, k) => high[k] - v)) || 0.1;
   const narrow = Math.min(1, (canvas.clientWidth || 1) / (canvas.clientHeight || 1));
-  state.distance = 0.86 * radius / Math.sin(FIELD / 2) / narrow;
+  state.distance = 0.94 * radius / Math.sin(FIELD / 2) / narrow;
   state.yaw = 32; state.pitch = 22;
   ground = [state.centre[0], floor, state.centre[2], 3.2 * radius];
   spacing = 10 ** Math.round(Math.log10(0.35 * radius));
