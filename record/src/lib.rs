@@ -32,9 +32,11 @@
 
 mod atomic;
 mod checkpoint;
+pub mod compare;
 mod diagnostics;
 mod display;
 mod error;
+pub mod export;
 mod frame;
 mod header;
 mod recorder;
@@ -42,6 +44,7 @@ mod recording;
 mod resume;
 mod scan;
 mod schema;
+mod surface;
 mod wire;
 
 pub use checkpoint::Checkpoint;
@@ -56,3 +59,4 @@ pub use schema::{
     ATTACHMENT_SCENE, METADATA_OUTCOME, METADATA_RUN, TOPIC_BODIES, TOPIC_CHECKPOINT, TOPIC_CLOTH,
     TOPIC_DIAGNOSTICS, TOPIC_LOG, TOPIC_POINTS, TOPIC_STATE, TOPIC_TOPOLOGY,
 };
+pub use surface::Surface;
