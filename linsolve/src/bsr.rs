@@ -145,7 +145,7 @@ impl<T: Real> Bsr<T> {
 /// following entry as an unused fourth lane, the last one shifted by one so
 /// that no load leaves the block. Three independent sums hide the latency.
 #[inline(always)]
-fn row_product<T: Real>(columns: &[u32], blocks: &[[T; 9]], x: &[[T; 3]]) -> [T; 3] {
+pub(crate) fn row_product<T: Real>(columns: &[u32], blocks: &[[T; 9]], x: &[[T; 3]]) -> [T; 3] {
     let (mut a, mut b, mut c) = ([T::ZERO; 4], [T::ZERO; 4], [T::ZERO; 4]);
     for (m, &j) in blocks.iter().zip(columns) {
         let x = x[j as usize];

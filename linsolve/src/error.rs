@@ -47,6 +47,12 @@ pub enum LinsolveError {
         /// The method.
         method: &'static str,
     },
+    /// The method handles points only and the matrix has scalar unknowns.
+    #[error("{method} handles no scalar unknowns")]
+    ScalarsUnsupported {
+        /// The method.
+        method: &'static str,
+    },
     /// A constraint direction or value cannot be used.
     #[error("constraint on point {point}: {reason}")]
     BadConstraint {

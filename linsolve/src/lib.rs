@@ -38,17 +38,20 @@
 
 mod bsr;
 mod colouring;
+mod direct;
 mod dual;
 mod error;
 mod filter;
 mod layout;
 mod mpcg;
+mod names;
 mod operator;
 mod ordering;
 mod pattern;
 mod preconditioner;
 mod real;
 mod reassembled;
+mod refined;
 mod shared;
 mod small;
 mod solver;
@@ -57,17 +60,23 @@ mod weighted;
 
 pub use bsr::Bsr;
 pub use colouring::{ChunkColouring, ColourOrder, Colouring, colour_chunks, colour_stencils};
+pub use direct::Direct;
 pub use dual::DualMatrix;
 pub use error::LinsolveError;
 pub use filter::{BlockFilter, Filter, NoFilter};
 pub use layout::BlockLayout;
 pub use mpcg::{Mpcg, MpcgSettings, StopNorm};
+pub use names::{PRECONDITIONERS, SOLVERS, preconditioner_by_name, solver_by_name};
 pub use operator::{ExplicitOperator, LinearOperator};
 pub use ordering::{Permutation, reverse_cuthill_mckee};
 pub use pattern::Pattern;
-pub use preconditioner::{BlockJacobi, Diagonal, NoPreconditioner, Pointwise, Preconditioner};
+pub use preconditioner::{
+    BlockIc, BlockJacobi, Chebyshev, Diagonal, NoPreconditioner, Pointwise, Preconditioner,
+    ScalarIc,
+};
 pub use real::Real;
 pub use reassembled::ReassembledMatrix;
+pub use refined::Refined;
 pub use shared::SharedValues;
 pub use solver::{LinearSolver, SolveReport, SolveStatus};
 pub use vector::{axpy, dot, norm, xpay};

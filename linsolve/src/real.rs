@@ -1,5 +1,6 @@
 //! The two precisions, sealed.
 
+use crate::{LinearSolver, Mpcg, MpcgSettings, Preconditioner, Refined};
 use std::fmt::{Debug, Display};
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
@@ -59,6 +60,18 @@ pub trait Real:
     /// Whether neither NaN nor infinite.
     fn finite(self) -> bool;
 
+    /// Whether a matrix of this precision can be refined from a lower one.
+    #[doc(hidden)]
+    fn refined_exists() -> bool {
+        false
+    }
+    #[doc(hidden)]
+    fn refined(
+        _: Box<dyn Preconditioner<f32>>,
+        _: MpcgSettings,
+    ) -> Option<Box<dyn LinearSolver<Self>>> {
+        None
+    }
     #[doc(hidden)]
     fn as_atomics(values: &mut [Self]) -> &[Self::Atomic];
     #[doc(hidden)]
@@ -68,12 +81,13 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($t:ident, $bits:ident, $atomic:ident) => {
+    ($t:ident, $bits:ident, $atomic:ident, { $($more:item)* }) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
             const EPSILON: Self = $t::EPSILON;
             const NAME: &'static str = stringify!($t);
+            $($more)*
             type Atomic = $atomic;
 
             #[inline(always)]
@@ -130,5 +144,23 @@ macro_rules! real {
     };
 }
 
-real!(f32, u32, AtomicU32);
-real!(f64, u64, AtomicU64);
+real!(f32, u32, AtomicU32, {});
+real!(f64, u64, AtomicU64, {
+    fn refined_exists() -> bool {
+        true
+    }
+    fn refined(
+        preconditioner: Box<dyn Preconditioner<f32>>,
+        settings: MpcgSettings,
+    ) -> Option<Box<dyn LinearSolver<f64>>> {
+        let tolerance = settings.tolerance;
+        let inner = MpcgSettings {
+            tolerance: 1e-4,
+            ..settings
+        };
+        Some(Box::new(Refined::new(
+            Mpcg::new(preconditioner, inner),
+            tolerance,
+        )))
+    }
+});

@@ -1,10 +1,17 @@
 //! Approximate inverses.
 
+mod block_ic;
 mod block_jacobi;
+mod chebyshev;
 mod diagonal;
+mod scalar_ic;
+mod triangular;
 
+pub use block_ic::BlockIc;
 pub use block_jacobi::BlockJacobi;
+pub use chebyshev::Chebyshev;
 pub use diagonal::{Diagonal, NoPreconditioner};
+pub use scalar_ic::ScalarIc;
 
 use crate::{ExplicitOperator, Filter, LinearOperator, LinsolveError, Real, small};
 
