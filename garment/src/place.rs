@@ -84,19 +84,32 @@ pub fn inside_fraction(points: &[[f64; 3]], body: BodyField<'_>) -> f64 {
 /// Keeps points out of a body over many small moves with few questions to its
 /// field: a distance changes by no more than the way moved.
 pub(crate) struct BodyGuard<'a> {
-    body: BodyField<'a>,
+    /// The field, which may differ from point to point.
+    body: &'a dyn Fn(usize, [f64; 3]) -> (f64, [f64; 3]),
     clearance: f64,
     /// Moves up to this are followed along the tangent plane [m].
     linear: f64,
     asked: Vec<([f64; 3], f64, [f64; 3])>,
+    /// Points for which the body may shrink, and by how much it does [m].
+    shrinks: Vec<bool>,
+    shrink: f64,
 }
 
+/// Largest shrinkage of a body that is hidden [m]: feet and hands vanish,
+/// legs get thin.
+const HIDDEN: f64 = 0.045;
+
 impl<'a> BodyGuard<'a> {
-    pub(crate) fn new(points: &[[f64; 3]], body: BodyField<'a>, clearance: f64) -> Self {
+    pub(crate) fn new(
+        points: &[[f64; 3]],
+        body: &'a dyn Fn(usize, [f64; 3]) -> (f64, [f64; 3]),
+        clearance: f64,
+    ) -> Self {
         let asked = points
             .iter()
-            .map(|&p| {
-                let (d, g) = body(p);
+            .enumerate()
+            .map(|(i, &p)| {
+                let (d, g) = body(i, p);
                 (p, d, g)
             })
             .collect();
@@ -105,25 +118,41 @@ impl<'a> BodyGuard<'a> {
             clearance,
             linear: 0.4 * clearance,
             asked,
+            shrinks: Vec::new(),
+            shrink: 0.0,
         }
+    }
+
+    /// Says for which points the body may shrink.
+    pub(crate) fn hideable(&mut self, shrinks: impl Fn(usize) -> bool) {
+        self.shrinks = (0..self.asked.len()).map(shrinks).collect();
+    }
+
+    /// Shrinks the body for the points that allow it: 0 not at all, 1 fully.
+    pub(crate) fn hide(&mut self, amount: f64) {
+        self.shrink = HIDDEN * amount.clamp(0.0, 1.0);
     }
 
     /// Moves point `i` out to the clearance when it is closer.
     pub(crate) fn keep_out(&mut self, i: usize, p: &mut [f64; 3]) {
+        let clearance = match self.shrinks.get(i) {
+            Some(true) => self.clearance - self.shrink,
+            _ => self.clearance,
+        };
         let entry = &mut self.asked[i];
         let moved = dist(*p, entry.0);
-        if entry.1 - moved >= self.clearance {
+        if entry.1 - moved >= clearance {
             return;
         }
         let d = if moved <= self.linear {
             entry.1 + dot(entry.2, sub(*p, entry.0))
         } else {
-            let (d, g) = (self.body)(*p);
+            let (d, g) = (self.body)(i, *p);
             *entry = (*p, d, g);
             d
         };
-        if d < self.clearance
-            && let Some(out) = outwards(d, entry.2, self.clearance)
+        if d < clearance
+            && let Some(out) = outwards(d, entry.2, clearance)
         {
             *p = add(*p, out);
         }

@@ -3,14 +3,19 @@
 
 mod prolong;
 mod relax;
+mod repel;
 mod sheet;
+mod trunk;
 
 use crate::place::{BodyField, BodyGuard};
 use crate::{GarmentError, GarmentMesh, MeshSettings};
+use relax::{Hang, Hold};
+use repel::Repel;
 use sheet::Sheet;
+use trunk::Trunk;
 
 /// How a garment is assembled.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct AssembleSettings {
     /// Distance kept from the body [m].
     pub clearance: f64,
@@ -24,6 +29,11 @@ pub struct AssembleSettings {
     pub stagnation: f64,
     /// How many times ten iterations without progress end a level.
     pub patience: usize,
+    /// Labels of panels that hang: on the coarsest level they fall, past the
+    /// arms, before they close around the body.
+    pub hanging: Vec<String>,
+    /// Labels of edges that keep their height (a waist, a strapless top).
+    pub held: Vec<String>,
 }
 
 impl Default for AssembleSettings {
@@ -35,6 +45,8 @@ impl Default for AssembleSettings {
             iterations: 600,
             stagnation: 1e-3,
             patience: 5,
+            hanging: vec!["leg".to_owned()],
+            held: vec!["lower_interface".to_owned(), "strapless_top".to_owned()],
         }
     }
 }
@@ -104,9 +116,41 @@ pub fn preassemble(
             x = prolong::prolong(levels[i - 1], &x, mesh);
         }
         let sheet = Sheet::new(mesh);
-        let mut guard = BodyGuard::new(&x, body, settings.clearance);
+        let mut repel = Repel::new(mesh);
         let budget = (settings.iterations >> i).max(50);
-        let done = relax::relax(&sheet, &mut x, &mut guard, settings, budget);
+        let mut iterations = 0;
+        if i == 0 {
+            let hang = Hang::new(mesh, &settings.hanging);
+            if hang.any() {
+                let hold = Hold::new(mesh, &settings.held);
+                let trunk = leg_room(mesh).and_then(|(low, high)| Trunk::new(body, low, high));
+                let field = |point: usize, p: [f64; 3]| {
+                    if hang.falls(point) && trunk.as_ref().is_some_and(|t| t.in_limb(p)) {
+                        (CELL_AWAY, [0.0, 0.0, 0.0])
+                    } else {
+                        body(p)
+                    }
+                };
+                let mut guard = BodyGuard::new(&x, &field, settings.clearance);
+                guard.hideable(|i| hang.falls(i));
+                let falling = relax::relax(
+                    &sheet,
+                    &mut x,
+                    &mut guard,
+                    settings,
+                    Some((&hang, &hold)),
+                    &mut repel,
+                    budget,
+                );
+                iterations = falling.iterations;
+            }
+        }
+        let field = |_: usize, p: [f64; 3]| body(p);
+        let mut guard = BodyGuard::new(&x, &field, settings.clearance);
+        let mut done = relax::relax(
+            &sheet, &mut x, &mut guard, settings, None, &mut repel, budget,
+        );
+        done.iterations += iterations;
         report.levels.push(LevelReport {
             edge_length: mesh.settings.edge_length,
             points: mesh.points_initial.len(),
@@ -116,6 +160,22 @@ pub fn preassemble(
     }
     measure(garment, &x, body, &mut report);
     Ok((x, report))
+}
+
+/// Distance reported near a limb that is to be ignored: within this nothing
+/// else of the body is close [m].
+const CELL_AWAY: f64 = 0.02;
+
+/// The region below the garment's top where a body's limbs may hang: from
+/// the ground (`y = 0`, or the garment's lowest point) up.
+fn leg_room(mesh: &GarmentMesh) -> Option<([f64; 3], [f64; 3])> {
+    let (mut low, mut high) = mesh.pattern.bounds()?;
+    low[1] = low[1].min(0.0);
+    for k in [0, 2] {
+        low[k] -= 0.1;
+        high[k] += 0.1;
+    }
+    Some((low, high))
 }
 
 fn measure(mesh: &GarmentMesh, x: &[[f64; 3]], body: BodyField<'_>, report: &mut AssembleReport) {

@@ -1,7 +1,9 @@
 //! Position-based relaxation of one level.
 
 use super::AssembleSettings;
+use super::repel::Repel;
 use super::sheet::{Link, Sheet};
+use crate::GarmentMesh;
 use crate::math::{dist, norm, scale, sub};
 use crate::place::BodyGuard;
 
@@ -21,6 +23,73 @@ const FOLD_LIMIT: f64 = 0.85;
 /// Iterations between measurements.
 const STRIDE: usize = 10;
 
+/// Fall per iteration of hanging points, in edge lengths; with the momentum
+/// they reach ten times this.
+const FALL: f64 = 0.006;
+/// Share of a held point's height error corrected per iteration.
+const HELD: f64 = 0.5;
+
+/// Points that fall.
+pub(super) struct Hang {
+    falls: Vec<bool>,
+}
+
+impl Hang {
+    /// Points of panels with one of these labels and of no other panel.
+    pub(super) fn new(mesh: &GarmentMesh, labels: &[String]) -> Self {
+        let hangs: Vec<bool> = mesh
+            .panels
+            .iter()
+            .map(|p| p.label.as_ref().is_some_and(|l| labels.contains(l)))
+            .collect();
+        let mut falls = vec![true; mesh.points_initial.len()];
+        for (t, &p) in mesh.triangles.iter().zip(&mesh.panel_of_triangle) {
+            if !hangs[p as usize] {
+                for &v in t {
+                    falls[v as usize] = false;
+                }
+            }
+        }
+        Self { falls }
+    }
+
+    pub(super) fn any(&self) -> bool {
+        self.falls.contains(&true)
+    }
+
+    pub(super) fn falls(&self, point: usize) -> bool {
+        self.falls[point]
+    }
+}
+
+/// Points that keep their height.
+pub(super) struct Hold {
+    heights: Vec<(u32, f64)>,
+}
+
+impl Hold {
+    /// Points of edges with these labels, at their placed height.
+    pub(super) fn new(mesh: &GarmentMesh, labels: &[String]) -> Self {
+        let mut points: Vec<u32> = labels
+            .iter()
+            .filter_map(|l| mesh.labels.get(l))
+            .flatten()
+            .copied()
+            .collect();
+        points.sort_unstable();
+        points.dedup();
+        Self {
+            heights: points
+                .into_iter()
+                .map(|p| (p, mesh.points_initial[p as usize][1]))
+                .collect(),
+        }
+    }
+}
+
+/// Iterations between repulsions of layers.
+const REPEL_STRIDE: usize = 2;
+
 /// How a level ended.
 pub(super) struct Relaxed {
     pub iterations: usize,
@@ -33,6 +102,8 @@ pub(super) fn relax(
     x: &mut [[f64; 3]],
     guard: &mut BodyGuard<'_>,
     settings: &AssembleSettings,
+    hang: Option<(&Hang, &Hold)>,
+    repel: &mut Repel,
     iterations: usize,
 ) -> Relaxed {
     let limit = MAX_MOVE * sheet.edge_length;
@@ -47,6 +118,18 @@ pub(super) fn relax(
             }
             previous[i] = start;
         }
+        if let Some((hang, hold)) = hang {
+            for i in 0..x.len() {
+                if hang.falls[i] {
+                    x[i][1] -= FALL * sheet.edge_length;
+                }
+            }
+            for &(i, height) in &hold.heights {
+                let y = &mut x[i as usize][1];
+                *y += HELD * (height - *y);
+            }
+            guard.hide(1.5 - 2.0 * iteration as f64 / iterations as f64);
+        }
         let forward = iteration % 2 == 0;
         sweep(&sheet.edges, x, forward, |l, rest| {
             let error = l - rest;
@@ -56,6 +139,9 @@ pub(super) fn relax(
             (l - FOLD_LIMIT * rest).min(0.0) * FOLDED
         });
         sweep(&sheet.ties, x, forward, |l, _| 0.5 * l);
+        if iteration % REPEL_STRIDE == 0 {
+            repel.apply(x);
+        }
         for i in 0..x.len() {
             let step = sub(x[i], previous[i]);
             let length = norm(step);
@@ -67,7 +153,7 @@ pub(super) fn relax(
             }
             guard.keep_out(i, &mut x[i]);
         }
-        if iteration % STRIDE == STRIDE - 1 {
+        if hang.is_none() && iteration % STRIDE == STRIDE - 1 {
             let strain = tension(&sheet.edges, x);
             if strain.0 < settings.target_strain {
                 return Relaxed {
