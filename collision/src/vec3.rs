@@ -66,12 +66,12 @@ pub(crate) fn combine(w: &[f64; 4], x: &[Vec3; 4]) -> Vec3 {
     r
 }
 
-/// `m + s a aᵀ`
+/// `m + s a aᵀ`, symmetric to the last bit.
 #[inline]
 pub(crate) fn add_outer(m: &mut Mat3, s: f64, a: Vec3) {
     for i in 0..3 {
         for j in 0..3 {
-            m[i][j] += s * a[i] * a[j];
+            m[i][j] += s * (a[i] * a[j]);
         }
     }
 }
