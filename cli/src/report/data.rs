@@ -26,9 +26,11 @@ pub struct ReportData {
     pub point_fields: Vec<Field>,
     /// Curves over simulated time.
     pub series: Vec<Series>,
-    /// Named stages of a garment's assembly, in order.
+    /// Named stages of a garment's assembly, in order; when empty, those of the
+    /// summary's `assembly` are shown.
     pub stages: Vec<AssemblyStage>,
-    /// Warnings of the scene check and remarks of the run.
+    /// Warnings of the scene check and remarks of the run; the summary's
+    /// `warnings` are shown with them.
     pub notes: Vec<String>,
 }
 

@@ -39,7 +39,11 @@ pub fn render_within(data: &ReportData, max_bytes: usize) -> String {
         ("maps", "Strain and contact maps", maps),
         ("view", "3D view", String::new()),
         ("plots", "Over time", wrapped("plots", plots(&data.series))),
-        ("assembly", "Assembly", tables::assembly(&data.stages)),
+        (
+            "assembly",
+            "Assembly",
+            tables::assembly(&data.stages, &data.summary),
+        ),
         (
             "estimates",
             "Error estimates",
@@ -102,7 +106,7 @@ fn head(data: &ReportData) -> String {
         escape(title(data)),
         summary::status(&data.summary),
         summary::tiles(&data.summary),
-        summary::notes(&data.notes),
+        summary::notes(&data.notes, &data.summary),
         summary::further(&data.summary),
         summary::origin(&data.summary),
     )

@@ -55,7 +55,7 @@ pub(super) fn estimates(summary: &Value) -> String {
 type Format = fn(&Value) -> Option<String>;
 
 /// Keys of the summary shown as tiles: key, label, format.
-const TILES: [(&str, &str, Format); 19] = [
+const TILES: [(&str, &str, Format); 21] = [
     ("simulated_s", "simulated", |v| num(v).map(duration)),
     ("wall_s", "wall time", |v| num(v).map(duration)),
     ("cpu_s", "CPU time", |v| num(v).map(duration)),
@@ -70,6 +70,7 @@ const TILES: [(&str, &str, Format); 19] = [
     ("max_penetration_m", "max penetration", |v| {
         num(v).map(length)
     }),
+    ("max_seam_gap_m", "max seam gap", |v| num(v).map(length)),
     ("self_intersections", "self-intersections", whole),
     ("max_abs_edge_strain", "max |edge strain|", |v| {
         num(v).map(percent)
@@ -81,7 +82,10 @@ const TILES: [(&str, &str, Format); 19] = [
         num(v).map(|v| format!("{} J", number(v)))
     }),
     ("residual", "residual", |v| num(v).map(number)),
-    ("error_estimate", "error estimate", |v| num(v).map(number)),
+    ("error_estimate", "error estimate", |v| num(v).map(length)),
+    ("simulation_bytes", "simulation memory", |v| {
+        num(v).map(bytes)
+    }),
     ("peak_memory_bytes", "peak memory", |v| num(v).map(bytes)),
 ];
 
@@ -120,6 +124,8 @@ pub(super) fn further(summary: &Value) -> String {
         "version",
         "final_state_hash",
         "error_estimate",
+        "assembly",
+        "warnings",
     ];
     let Value::Object(map) = summary else {
         return String::new();
@@ -141,17 +147,26 @@ pub(super) fn further(summary: &Value) -> String {
 }
 
 /// Warnings and remarks.
-pub(super) fn notes(notes: &[String]) -> String {
+pub(super) fn notes(notes: &[String], summary: &Value) -> String {
     const SHOWN: usize = 100;
-    if notes.is_empty() {
+    let told = summary["warnings"]
+        .as_array()
+        .map_or(&[][..], Vec::as_slice);
+    let mut all: Vec<&str> = notes.iter().map(String::as_str).collect();
+    for warning in told.iter().filter_map(Value::as_str) {
+        if !all.contains(&warning) {
+            all.push(warning);
+        }
+    }
+    if all.is_empty() {
         return String::new();
     }
     let mut out = String::from("<aside class=\"card notes\"><h2>Warnings and remarks</h2><ul>\n");
-    for n in notes.iter().take(SHOWN) {
+    for n in all.iter().take(SHOWN) {
         let _ = writeln!(out, "<li>{}</li>", escape(n));
     }
-    if notes.len() > SHOWN {
-        let _ = writeln!(out, "<li>and {} more</li>", notes.len() - SHOWN);
+    if all.len() > SHOWN {
+        let _ = writeln!(out, "<li>and {} more</li>", all.len() - SHOWN);
     }
     out.push_str("</ul></aside>\n");
     out

@@ -129,8 +129,36 @@ pub(super) fn effects(summary: &Value) -> String {
     out
 }
 
+/// The assembly's stages as the summary tells them.
+fn stages_of(summary: &Value) -> Vec<AssemblyStage> {
+    let list = summary["assembly"]
+        .as_array()
+        .map_or(&[][..], Vec::as_slice);
+    let text = |v: &Value| v.as_str().unwrap_or_default().to_owned();
+    list.iter()
+        .map(|s| AssemblyStage {
+            name: text(&s["name"]),
+            duration_s: num(&s["simulated_s"]).unwrap_or(f64::NAN),
+            wall_s: num(&s["wall_s"]).unwrap_or(f64::NAN),
+            max_strain: num(&s["max_abs_edge_strain"]),
+            max_penetration_m: num(&s["max_penetration_m"]),
+            note: match s["self_intersections"].as_u64() {
+                Some(n) => format!("{}; {n} self-intersections", text(&s["what"])),
+                None => text(&s["what"]),
+            },
+        })
+        .collect()
+}
+
 /// Named stages of an assembly.
-pub(super) fn assembly(stages: &[AssemblyStage]) -> String {
+pub(super) fn assembly(stages: &[AssemblyStage], summary: &Value) -> String {
+    let told;
+    let stages = if stages.is_empty() {
+        told = stages_of(summary);
+        &told[..]
+    } else {
+        stages
+    };
     if stages.is_empty() {
         return String::new();
     }
@@ -205,6 +233,7 @@ mod tests {
             json!([]),
             json!({ "stages": {}, "effects": [] }),
         ] {
+            assert!(assembly(&[], &v).is_empty());
             assert!(cost(&v).is_empty() && effects(&v).is_empty() && further(&v).is_empty());
             assert!(settings(&v["settings"]).is_empty());
             assert!(tiles(&v).contains("tiles"));
