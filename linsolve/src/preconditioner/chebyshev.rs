@@ -189,7 +189,7 @@ fn largest_eigenvalue(diagonal: &[f64], off: &[f64]) -> f64 {
         let above = (0..n).any(|k| {
             let e = if k > 0 { off[k - 1] } else { 0.0 };
             pivot = diagonal[k] - middle - e * e / pivot;
-            pivot > 0.0
+            pivot >= 0.0
         });
         if above {
             low = middle;

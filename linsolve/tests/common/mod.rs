@@ -81,13 +81,23 @@ pub fn random_spd<T: Real>(
     groups: &[Vec<u32>],
     contacts: usize,
 ) -> DualMatrix<T> {
+    random_spd_of_mass(random, points, groups, contacts, 0.5)
+}
+
+pub fn random_spd_of_mass<T: Real>(
+    random: &mut Random,
+    points: usize,
+    groups: &[Vec<u32>],
+    contacts: usize,
+    mass: f64,
+) -> DualMatrix<T> {
     let pattern = Arc::new(Pattern::from_groups(
         points,
         groups.iter().map(Vec::as_slice),
     ));
     let mut stat = Bsr::zeros(Arc::clone(&pattern));
     for i in 0..points {
-        stat.add_diagonal(i, 0.5 + 0.4 * random.unit());
+        stat.add_diagonal(i, mass * (1.0 + 0.8 * random.unit()));
     }
     for group in groups {
         let g: Vec<Matrix3<f64>> = group
@@ -129,7 +139,8 @@ pub fn random_contacts<T: Real>(
 /// Groups of a small sheet with hinges.
 pub fn sheet(w: usize, h: usize) -> (usize, Vec<Vec<u32>>) {
     let t = triangles(w, h);
-    let groups = hinges(&t).iter().map(|g| g.to_vec());
+    let pairs = hinges(&t);
+    let groups = pairs.iter().map(|g| g.to_vec());
     let groups = t.iter().map(|g| g.to_vec()).chain(groups).collect();
     (w * h, groups)
 }
