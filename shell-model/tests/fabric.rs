@@ -86,7 +86,7 @@ fn messages() {
     );
     assert_eq!(
         message("shear = 5", "shear = 5\ncoupling = 11"),
-        "f.toml:7:12: membrane.coupling = 11.0: must be between -10.000000 and 10.000000 N/m \
+        "f.toml:7:12: membrane.coupling = 11.0: must be between -10.0000 and 10.0000 N/m \
          (the square root of warp times weft)"
     );
     assert_eq!(

@@ -27,6 +27,14 @@ pub enum FabricError {
         /// All known names.
         known: String,
     },
+    /// A fabric file cannot be read.
+    #[error("cannot read {path}: {reason}")]
+    Unreadable {
+        /// The file.
+        path: String,
+        /// What the operating system says.
+        reason: String,
+    },
     /// A fabric file is not valid TOML or JSON.
     #[error("{origin}:{line}:{column}: {message}")]
     Syntax {

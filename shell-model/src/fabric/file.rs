@@ -1,5 +1,6 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
+use std::path::Path;
 
 use toml::de::DeTable;
 
@@ -274,4 +275,23 @@ fn place(root: &Node<'_>, error: &FabricError) -> Range<usize> {
         table = inner;
     }
     span
+}
+
+/// Reads the fabric file at `path`: measured tables when its name ends in
+/// `.json` (see [`read_measured`](super::read_measured)), else TOML.
+///
+/// # Errors
+/// [`FabricError::Unreadable`] when the file cannot be read, otherwise the
+/// errors of the two readers.
+pub fn read_fabric_file(path: &Path) -> Result<Fabric, FabricError> {
+    let origin = path.display().to_string();
+    let text = std::fs::read_to_string(path).map_err(|e| FabricError::Unreadable {
+        path: origin.clone(),
+        reason: e.to_string(),
+    })?;
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
+        let stem = path.file_stem().unwrap_or_default();
+        return super::read_measured(&text, &origin)?.to_fabric(stem.to_string_lossy());
+    }
+    Ok(read_fabric(&text, &origin)?.fabric)
 }

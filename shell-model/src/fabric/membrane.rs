@@ -68,7 +68,7 @@ impl MembraneModuli {
             return Err(value(
                 "membrane.bias",
                 e_b,
-                format!("below {limit:.6} N/m, or the shear modulus is not positive"),
+                format!("below {limit:.4} N/m, or the shear modulus is not positive"),
             ));
         }
         Self::direct(
@@ -116,7 +116,7 @@ impl MembraneModuli {
                 "membrane.coupling",
                 self.coupling,
                 format!(
-                    "between -{limit:.6} and {limit:.6} N/m (the square root of warp times weft)"
+                    "between -{limit:.4} and {limit:.4} N/m (the square root of warp times weft)"
                 ),
             ));
         }

@@ -34,7 +34,7 @@ mod tree;
 
 pub use bending::BendingRigidity;
 pub use error::FabricError;
-pub use file::{FabricRecord, Provenance, SourceKind, read_fabric};
+pub use file::{FabricRecord, Provenance, SourceKind, read_fabric, read_fabric_file};
 pub use measured::{MeasuredFabric, read_measured};
 pub use membrane::MembraneModuli;
 

@@ -1,0 +1,195 @@
+//! Cloths and bodies.
+
+use super::super::model::{BodyShape, ClothShape, Rotation};
+use super::super::suggest::show;
+use super::Check;
+
+/// Points above which a sheet is taken for a mistake.
+const MOST_POINTS: f64 = 2e7;
+
+impl Check<'_> {
+    pub(super) fn cloths(&mut self) {
+        let scene = self.scene;
+        for (i, cloth) in scene.cloth.iter().enumerate() {
+            let path = format!("cloth.{i}");
+            self.rotation(&format!("{path}.rotation"), &cloth.rotation);
+            match &cloth.shape {
+                ClothShape::Sheet {
+                    size,
+                    points,
+                    edge_length,
+                    ..
+                } => self.sheet(&path, *size, *points, *edge_length),
+                ClothShape::Mesh { file, .. } | ClothShape::Pattern { file, .. } => {
+                    self.input_file(&format!("{path}.file"), file);
+                }
+            }
+            if !matches!(cloth.shape, ClothShape::Mesh { .. }) {
+                self.spacing(&path, cloth.edge_length());
+            }
+        }
+    }
+
+    fn sheet(
+        &mut self,
+        path: &str,
+        size: [f64; 2],
+        points: Option<[usize; 2]>,
+        edge_length: Option<f64>,
+    ) {
+        let at = |key: &str| format!("{path}.{key}");
+        if points.is_some() && edge_length.is_some() {
+            self.error(
+                "scene::value",
+                &at("points"),
+                format!("`{path}` has both `points` and `edge_length`"),
+                "remove one of them",
+            );
+        }
+        let (key, edge) = match edge_length {
+            Some(edge) => (at("edge_length"), edge),
+            None => ("mesh.edge_length".to_owned(), self.scene.mesh.edge_length),
+        };
+        // a default that does not suit the sheet is reported at the sheet
+        let key = if self.locations.is_set(&key) {
+            key
+        } else {
+            at("size")
+        };
+        let count = match points {
+            Some([n, m]) => n as f64 * m as f64,
+            None if edge > size[0].min(size[1]) => {
+                self.error(
+                    "scene::value",
+                    &key,
+                    format!(
+                        "the edge length {} m is longer than the sheet of {} m × {} m",
+                        show(edge),
+                        show(size[0]),
+                        show(size[1])
+                    ),
+                    "a tenth of the shorter side or less; lengths are in m",
+                );
+                return;
+            }
+            None => (size[0] / edge + 1.0) * (size[1] / edge + 1.0),
+        };
+        if count > MOST_POINTS {
+            self.error(
+                "scene::value",
+                &if points.is_some() { at("points") } else { key },
+                format!("the sheet would have {count:.0} points"),
+                "a longer `edge_length` or a smaller `size`; lengths are in m",
+            );
+        }
+    }
+
+    /// Contact thickness against edge length: neighbours must not repel.
+    fn spacing(&mut self, path: &str, own: Option<f64>) {
+        let edge = own.unwrap_or(self.scene.mesh.edge_length);
+        let thickness = self.scene.contact.thickness;
+        let off = self.scene.contact.self_contact == super::super::model::Switch::Off;
+        if off || thickness <= 0.25 * edge {
+            return;
+        }
+        let candidates = [
+            "contact.thickness".to_owned(),
+            format!("{path}.edge_length"),
+            format!("{path}.points"),
+            "mesh.edge_length".to_owned(),
+        ];
+        let set = candidates.iter().find(|p| self.locations.is_set(p));
+        let at = set.unwrap_or(&candidates[0]).clone();
+        self.warning(
+            "scene::thickness",
+            &at,
+            format!(
+                "`contact.thickness` = {} m is more than a quarter of the edge length {} m of \
+                 `{path}`: neighbours repel each other",
+                show(thickness),
+                show(edge)
+            ),
+            format!("`contact.thickness` = {} or less", show(0.25 * edge)),
+        );
+    }
+
+    pub(super) fn bodies(&mut self) {
+        let scene = self.scene;
+        for (i, body) in scene.body.iter().enumerate() {
+            let path = format!("body.{i}");
+            self.shape(&path, &body.shape);
+            self.motion(&path, &body.motion);
+        }
+    }
+
+    fn shape(&mut self, path: &str, shape: &BodyShape) {
+        let at = |key: &str| format!("{path}.{key}");
+        match shape {
+            BodyShape::Ellipsoid { rotation, .. } => self.rotation(&at("rotation"), rotation),
+            BodyShape::Box {
+                size,
+                rotation,
+                rounding,
+                ..
+            } => {
+                self.rotation(&at("rotation"), rotation);
+                let most = 0.5 * size.iter().copied().fold(f64::INFINITY, f64::min);
+                if *rounding > most {
+                    self.error(
+                        "scene::value",
+                        &at("rounding"),
+                        format!("`{}` = {} m does not fit", at("rounding"), show(*rounding)),
+                        format!("at most half the shortest side, {} m", show(most)),
+                    );
+                }
+            }
+            BodyShape::Plane { normal, .. } => self.direction(&at("normal"), *normal),
+            BodyShape::Union { shapes, .. } => {
+                if shapes.is_empty() {
+                    self.error(
+                        "scene::value",
+                        &at("shapes"),
+                        format!("`{}` is empty", at("shapes")),
+                        "list at least one shape",
+                    );
+                }
+                for (i, part) in shapes.iter().enumerate() {
+                    self.shape(&at(&format!("shapes.{i}")), &part.shape);
+                }
+            }
+            BodyShape::Mesh { file, rotation, .. } => {
+                self.rotation(&at("rotation"), rotation);
+                self.input_file(&at("file"), file);
+            }
+            BodyShape::Capsule { from, to, .. } => {
+                if from == to {
+                    self.warning(
+                        "scene::value",
+                        &at("to"),
+                        format!("both ends of `{path}` are at the same place"),
+                        "use `kind = \"sphere\"`",
+                    );
+                }
+            }
+            BodyShape::Sphere { .. } | BodyShape::Mannequin { .. } => {}
+        }
+    }
+
+    pub(super) fn rotation(&mut self, path: &str, rotation: &Rotation) {
+        if let Rotation::AxisAngle { axis, .. } = rotation {
+            self.direction(&format!("{path}.axis"), *axis);
+        }
+    }
+
+    pub(super) fn direction(&mut self, path: &str, v: [f64; 3]) {
+        let length = v[0].hypot(v[1]).hypot(v[2]);
+        if !(length.is_normal() && length > 1e-150 && length < 1e150) {
+            self.error(
+                "scene::value",
+                path,
+                format!("`{path}` has no direction"),
+                "a vector that is not zero, for example [0, 1, 0]",
+            );
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! Pins, attachments, buttons and motions.
+
+use super::super::model::{ClothShape, Keyframe, PinKind, Select, dense_keys};
+use super::super::suggest::show;
+use super::Check;
+
+impl Check<'_> {
+    pub(super) fn holds(&mut self) {
+        let scene = self.scene;
+        let cloths: Vec<&str> = scene.cloth.iter().map(|c| c.name.as_str()).collect();
+        let bodies: Vec<&str> = scene.body.iter().map(|b| b.name.as_str()).collect();
+        for (i, pin) in scene.pin.iter().enumerate() {
+            let path = format!("pin.{i}");
+            self.reference(&format!("{path}.cloth"), "cloth", &pin.cloth, &cloths);
+            self.select(&path, &pin.cloth, &pin.select);
+            self.motion(&path, &pin.motion);
+            match pin.kind {
+                PinKind::Fixed {} => {}
+                PinKind::Plane { normal } => self.direction(&format!("{path}.normal"), normal),
+                PinKind::Line { direction } => {
+                    self.direction(&format!("{path}.direction"), direction);
+                }
+            }
+        }
+        for (i, attachment) in scene.attachment.iter().enumerate() {
+            let path = format!("attachment.{i}");
+            self.reference(
+                &format!("{path}.cloth"),
+                "cloth",
+                &attachment.cloth,
+                &cloths,
+            );
+            self.select(&path, &attachment.cloth, &attachment.select);
+            self.motion(&path, &attachment.motion);
+            if let Some(body) = &attachment.body {
+                self.reference(&format!("{path}.body"), "body", body, &bodies);
+                if !attachment.motion.is_empty() {
+                    self.error(
+                        "scene::value",
+                        &format!("{path}.motion"),
+                        format!("`{path}` follows a body and has a motion of its own"),
+                        "remove `body` or `motion`",
+                    );
+                }
+            }
+        }
+        for (i, button) in scene.button.iter().enumerate() {
+            let path = format!("button.{i}");
+            self.reference(&format!("{path}.cloth"), "cloth", &button.cloth, &cloths);
+            self.button(&path, i);
+        }
+    }
+
+    fn button(&mut self, path: &str, i: usize) {
+        let button = &self.scene.button[i];
+        let Some(cloth) = self.scene.cloth.iter().find(|c| c.name == button.cloth) else {
+            return;
+        };
+        let pattern = matches!(cloth.shape, ClothShape::Pattern { .. });
+        if pattern && button.panel.is_none() {
+            self.error(
+                "scene::missing-key",
+                &format!("{path}.panel"),
+                format!(
+                    "`{path}` does not say which panel of `{}` carries it",
+                    cloth.name
+                ),
+                "add `panel = \"…\"`",
+            );
+        }
+        if !pattern && button.panel.is_some() {
+            self.error(
+                "scene::value",
+                &format!("{path}.panel"),
+                format!("`{}` is not a pattern and has no panels", cloth.name),
+                "remove `panel`",
+            );
+        }
+        if let ClothShape::Sheet { size, .. } = &cloth.shape {
+            let outside = (0..2).any(|k| button.position[k].abs() > 0.5 * size[k]);
+            if outside {
+                self.error(
+                    "scene::value",
+                    &format!("{path}.position"),
+                    format!("`{path}` lies outside of `{}`", cloth.name),
+                    format!(
+                        "from the middle of the sheet, at most ±{} m and ±{} m",
+                        show(0.5 * size[0]),
+                        show(0.5 * size[1])
+                    ),
+                );
+            }
+        }
+    }
+
+    fn select(&mut self, path: &str, cloth: &str, select: &Select) {
+        let shape = self
+            .scene
+            .cloth
+            .iter()
+            .find(|c| c.name == cloth)
+            .map(|c| &c.shape);
+        let at = |key: &str| format!("{path}.select.{key}");
+        let sheet_only = |key: &str| {
+            (
+                at(key),
+                format!("`{}`: only a sheet has {key}s by name", at(key)),
+                "select by box, points, label or nearest",
+            )
+        };
+        let wrong = match (select, shape) {
+            (Select::Corner(_), Some(ClothShape::Mesh { .. } | ClothShape::Pattern { .. })) => {
+                Some(sheet_only("corner"))
+            }
+            (Select::Edge(_), Some(ClothShape::Mesh { .. } | ClothShape::Pattern { .. })) => {
+                Some(sheet_only("edge"))
+            }
+            (Select::Label(_), Some(ClothShape::Sheet { .. } | ClothShape::Mesh { .. })) => Some((
+                at("label"),
+                format!("`{}`: only a pattern has labels", at("label")),
+                "select by box, points or nearest",
+            )),
+            (Select::Points(points), _) if points.is_empty() => Some((
+                at("points"),
+                format!("`{}` is empty", at("points")),
+                "list at least one point, by number from 0",
+            )),
+            (Select::Box { min, max }, _) if (0..3).any(|k| min[k] > max[k]) => Some((
+                at("box.max"),
+                format!("`{}` has no inside: `max` is less than `min`", at("box")),
+                "every component of `max` at least that of `min`",
+            )),
+            _ => None,
+        };
+        if let Some((path, message, help)) = wrong {
+            self.error("scene::select", &path, message, help);
+        }
+    }
+
+    pub(super) fn motion(&mut self, path: &str, motion: &[Keyframe]) {
+        for (i, key) in motion.iter().enumerate() {
+            let at = format!("{path}.motion.{i}");
+            self.rotation(&format!("{at}.rotation"), &key.rotation);
+            let before = i.checked_sub(1).map(|j| &motion[j]);
+            let Some(before) = before else { continue };
+            if key.time <= before.time {
+                self.error(
+                    "scene::value",
+                    &format!("{at}.time"),
+                    format!(
+                        "`{at}.time` = {} s does not come after {} s",
+                        show(key.time),
+                        show(before.time)
+                    ),
+                    "times of keyframes have to increase",
+                );
+            }
+            // where no keys could be added in between, more than half a turn
+            // would be taken the other way round
+            let pair = [*before, *key];
+            if dense_keys(&pair).windows(2).any(|w| {
+                let turn = |k: usize| w[1].rotation[k] - w[0].rotation[k];
+                turn(0).hypot(turn(1)).hypot(turn(2)) >= std::f64::consts::PI
+            }) {
+                self.warning(
+                    "scene::motion",
+                    &format!("{at}.rotation"),
+                    format!("more than half a turn between two keyframes of `{path}`"),
+                    "add keyframes in between, or turn about one axis: the shorter way is taken",
+                );
+            }
+        }
+    }
+}

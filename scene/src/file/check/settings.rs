@@ -1,0 +1,78 @@
+//! Settings that have to go together.
+
+use super::super::model::{MatrixKind, Precision, SolverKind};
+use super::super::suggest::show;
+use super::Check;
+
+impl Check<'_> {
+    pub(super) fn settings(&mut self) {
+        let scene = self.scene;
+        let integrator = &scene.integrator;
+        if integrator.min_step > integrator.max_step {
+            self.error(
+                "scene::value",
+                "integrator.min_step",
+                format!(
+                    "`integrator.min_step` = {} s is more than `max_step` = {} s",
+                    show(integrator.min_step),
+                    show(integrator.max_step)
+                ),
+                "at most `max_step`; leave it out for `max_step` / 2^20",
+            );
+        }
+        let duration = scene.simulation.duration;
+        let relaxation = &scene.relaxation;
+        if relaxation.enabled && duration > 0.0 && relaxation.duration >= duration {
+            self.warning(
+                "scene::relaxation",
+                "simulation.duration",
+                format!(
+                    "the whole run of {} s is inside the relaxation window of {} s",
+                    show(duration),
+                    show(relaxation.duration)
+                ),
+                "a longer `simulation.duration`, or `relaxation.enabled = false`",
+            );
+        }
+        let g = scene.simulation.gravity;
+        let size = g[0].hypot(g[1]).hypot(g[2]);
+        if size > 50.0 {
+            self.warning(
+                "scene::gravity",
+                "simulation.gravity",
+                format!(
+                    "gravity of {} m/s² is {} times that of Earth",
+                    show(size),
+                    (size / 9.81).round()
+                ),
+                "the unit is m/s²: [0, -9.81, 0]",
+            );
+        }
+        if scene.solver.kind == SolverKind::Refined && scene.solver.precision == Precision::F32 {
+            self.error(
+                "scene::value",
+                "solver.precision",
+                "`solver.kind` = \"refined\" needs double precision outside",
+                "\"mixed\", or `solver.kind = \"cg\"`",
+            );
+        }
+        if scene.solver.kind == SolverKind::Direct && scene.solver.matrix == MatrixKind::Reassembled
+        {
+            self.warning(
+                "scene::solver",
+                "solver.matrix",
+                "`solver.matrix` = \"reassembled\" only concerns iterative solvers",
+                "leave it out",
+            );
+        }
+        let frames = duration * scene.output.frame_rate;
+        if scene.output.recording && frames > 1e5 {
+            self.warning(
+                "scene::output",
+                "output.frame_rate",
+                format!("the recording would have {frames:.0} frames"),
+                "a lower `output.frame_rate`; it is in frames per simulated second",
+            );
+        }
+    }
+}

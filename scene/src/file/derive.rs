@@ -1,0 +1,107 @@
+//! Defaults that depend on other values.
+
+use std::path::Path;
+
+use serde_json::{Map, Value as Json, json};
+
+use super::locate::Locations;
+use crate::diagnostic::Diagnostics;
+
+/// Fills in what the keys describe as derived.
+pub(crate) fn derive(
+    tree: &mut Map<String, Json>,
+    path: &Path,
+    locations: &mut Locations,
+    findings: &mut Diagnostics,
+) {
+    if !tree.contains_key("name") {
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        let name = if stem.is_empty() { "scene" } else { &*stem };
+        tree.insert("name".into(), json!(name));
+    }
+    number_names(tree, "cloth");
+    number_names(tree, "body");
+    let cloths: Vec<Json> = items(tree, "cloth")
+        .iter()
+        .filter_map(|c| c.get("name").cloned())
+        .collect();
+    for kind in ["pin", "attachment", "button"] {
+        let Some(Json::Array(list)) = tree.get_mut(kind) else {
+            continue;
+        };
+        for (i, item) in list.iter_mut().enumerate() {
+            let Json::Object(item) = item else { continue };
+            if item.contains_key("cloth") {
+                continue;
+            }
+            let path = format!("{kind}.{i}.cloth");
+            if let [only] = cloths.as_slice() {
+                item.insert("cloth".into(), only.clone());
+                continue;
+            }
+            if !cloths.is_empty() && !locations.is_broken(&path) {
+                let names: Vec<&str> = cloths.iter().filter_map(Json::as_str).collect();
+                let message = format!(
+                    "`{kind}.{i}` does not say which of {} cloths it belongs to",
+                    cloths.len()
+                );
+                findings.push(
+                    locations
+                        .error("scene::missing-key", &path, message)
+                        .help(format!("add `cloth = \"…\"`, one of {}", names.join(", "))),
+                );
+            }
+            item.insert("cloth".into(), json!(""));
+            locations.mark_broken(path);
+        }
+    }
+    let name = tree.get("name").and_then(Json::as_str).unwrap_or("scene");
+    let directory = Path::new("out").join(name).display().to_string();
+    set(tree, "output", "directory", || json!(directory));
+    let read = |table: &str, key: &str| tree.get(table).and_then(|t| t.get(key)).cloned();
+    let max_step = read("integrator", "max_step").and_then(|s| s.as_f64());
+    let norm = read("integrator", "residual_norm");
+    set(tree, "integrator", "min_step", || {
+        json!(max_step.unwrap_or(1e-3) / (1u32 << 20) as f64)
+    });
+    set(tree, "integrator", "newton_tolerance", || {
+        json!(if norm == Some(json!("paper")) {
+            1e-3
+        } else {
+            1e-2
+        })
+    });
+}
+
+fn items<'t>(tree: &'t Map<String, Json>, key: &str) -> &'t [Json] {
+    match tree.get(key) {
+        Some(Json::Array(items)) => items,
+        _ => &[],
+    }
+}
+
+/// `cloth`, `cloth-1`, … for those without a name.
+fn number_names(tree: &mut Map<String, Json>, kind: &str) {
+    let Some(Json::Array(items)) = tree.get_mut(kind) else {
+        return;
+    };
+    for (i, item) in items.iter_mut().enumerate() {
+        if let Json::Object(item) = item
+            && !item.contains_key("name")
+        {
+            let name = match i {
+                0 => kind.to_owned(),
+                _ => format!("{kind}-{i}"),
+            };
+            item.insert("name".into(), json!(name));
+        }
+    }
+}
+
+fn set(tree: &mut Map<String, Json>, table: &str, key: &str, value: impl FnOnce() -> Json) {
+    if let Some(Json::Object(table)) = tree.get_mut(table)
+        && !table.contains_key(key)
+    {
+        table.insert(key.into(), value());
+    }
+}

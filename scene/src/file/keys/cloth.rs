@@ -1,0 +1,172 @@
+use super::super::spec::Kind::{Choice, Integers, NamedTexts, Path, Rotation, Text, Texts, Vector};
+use super::super::spec::{
+    Key, NOT_NEGATIVE, Range, Table, Variant, derived, integer, key, number, optional, required,
+};
+use super::POSITION;
+
+pub(super) static CLOTH: Table = Table::new(
+    "A piece of cloth.",
+    &[
+        derived(
+            "name",
+            Text,
+            "`cloth`, `cloth-1`, …",
+            "Name by which pins, attachments and buttons refer to it.",
+        ),
+        key(
+            "fabric",
+            Text,
+            "\"cotton-poplin\"",
+            "A fabric of this scene (`[fabric.NAME]`) or of the library (`selvedge fabric list`).",
+        ),
+        key(
+            "layer",
+            integer(0, 1000),
+            "0",
+            "Order of layers of clothing, 0 next to the body.",
+        ),
+        key(
+            "center",
+            POSITION,
+            "[0, 0, 0]",
+            "Where the middle of a sheet, or the origin of a file, is put.",
+        )
+        .hint("is it in cm?"),
+        key(
+            "rotation",
+            Rotation,
+            "[0, 0, 0]",
+            "Rotation about that point. A sheet lies in the x-z plane, warp along x.",
+        ),
+        key(
+            "stretch",
+            number("", Range::between(0.0, 100.0)),
+            "1",
+            "Initial size relative to rest: 1.2 begins stretched by 20 %.",
+        ),
+        key(
+            "noise",
+            number("m", Range::zero_to(0.1)),
+            "0",
+            "Standard deviation of a random displacement of every point at the start.",
+        )
+        .hint("m, not mm"),
+        key(
+            "noise_seed",
+            integer(0, i64::MAX),
+            "1",
+            "Seed of that displacement.",
+        ),
+    ],
+)
+.tagged_or(
+    "kind",
+    "sheet",
+    &[
+        Variant {
+            name: "sheet",
+            doc: "A rectangle.",
+            keys: SHEET,
+        },
+        Variant {
+            name: "mesh",
+            doc: "A triangle mesh from an OBJ file; texture coordinates, in metres, are the \
+                  material coordinates when there are any.",
+            keys: MESH,
+        },
+        Variant {
+            name: "pattern",
+            doc: "A sewing pattern from a GarmentCode file.",
+            keys: PATTERN,
+        },
+    ],
+);
+
+const EDGE_LENGTH: Key = optional(
+    "edge_length",
+    number("m", Range::up_to(10.0)),
+    "Target edge length; default `mesh.edge_length`.",
+)
+.hint("m, not mm or cm");
+
+static SHEET: &[Key] = &[
+    key(
+        "size",
+        Vector {
+            len: 2,
+            unit: "m",
+            range: Range::up_to(100.0),
+        },
+        "[1, 1]",
+        "Extent along warp and weft.",
+    )
+    .hint("m, not cm or mm"),
+    optional(
+        "points",
+        Integers {
+            len: 2,
+            min: 2,
+            max: 20_000,
+        },
+        "Points along warp and weft; instead of `edge_length`.",
+    ),
+    EDGE_LENGTH,
+    key(
+        "lattice",
+        Choice(&[
+            (
+                "equilateral",
+                "rows of near-equilateral triangles, the same bending in every direction",
+            ),
+            (
+                "alternating",
+                "right triangles with diagonals of alternating direction",
+            ),
+        ]),
+        "\"equilateral\"",
+        "Arrangement of the points.",
+    ),
+];
+
+static MESH: &[Key] = &[
+    required("file", Path, "OBJ file, relative to the scene file."),
+    key(
+        "scale",
+        number("", Range::up_to(1e4)),
+        "1",
+        "Factor from the file's unit to metres: 0.01 for a file in cm.",
+    ),
+];
+
+static PATTERN: &[Key] = &[
+    required(
+        "file",
+        Path,
+        "GarmentCode JSON file, relative to the scene file.",
+    ),
+    EDGE_LENGTH,
+    key(
+        "panel_fabric",
+        NamedTexts,
+        "{}",
+        "Fabric of single panels, by panel name.",
+    ),
+    key(
+        "hold",
+        Texts,
+        "[]",
+        "Labels of edges that stay attached to the body.",
+    ),
+    optional(
+        "grain",
+        number("deg", Range::within(180.0)),
+        "Angle from the panels' y axis to the warp; default 0.",
+    ),
+    key(
+        "ease",
+        number("m", NOT_NEGATIVE),
+        "0",
+        "Clearance added between panels and body before sewing.",
+    )
+    .hint("m, not mm"),
+];

@@ -1,0 +1,117 @@
+//! Every key of a scene file: name, type, unit, default, meaning.
+
+mod body;
+mod cloth;
+mod fabric;
+mod hold;
+mod settings;
+
+use super::spec::Kind::{Named, Table as Sub, Tables, Text, Vector};
+use super::spec::{ANY, Range, Table, derived, key, number};
+
+/// The whole file.
+pub(crate) static SCENE: Table = Table::new(
+    "What to simulate and how. Lengths in metres, `y` points up.",
+    &[
+        derived(
+            "name",
+            Text,
+            "the file's name without its ending",
+            "Name of the scene; also names the output folder.",
+        ),
+        key("description", Text, "\"\"", "One sentence for reports."),
+        key("simulation", Sub(&SIMULATION), "{}", "Time and gravity."),
+        key("cloth", Tables(&cloth::CLOTH), "[]", "Pieces of cloth."),
+        key("body", Tables(&body::BODY), "[]", "Obstacles."),
+        key(
+            "pin",
+            Tables(&hold::PIN),
+            "[]",
+            "Points held exactly, at rest or along a motion.",
+        ),
+        key(
+            "attachment",
+            Tables(&hold::ATTACHMENT),
+            "[]",
+            "Points held by springs.",
+        ),
+        key(
+            "button",
+            Tables(&hold::BUTTON),
+            "[]",
+            "Rigid trims sewn to the cloth.",
+        ),
+        key(
+            "fabric",
+            Named(&fabric::FABRIC),
+            "{}",
+            "Fabrics of this scene, by name; they hide library fabrics of the same name.",
+        ),
+        key("mesh", Sub(&settings::MESH), "{}", "Triangulation."),
+        key(
+            "contact",
+            Sub(&settings::CONTACT),
+            "{}",
+            "Contact and friction.",
+        ),
+        key("damping", Sub(&settings::DAMPING), "{}", "Dissipation."),
+        key(
+            "integrator",
+            Sub(&settings::INTEGRATOR),
+            "{}",
+            "Time stepping and Newton's method.",
+        ),
+        key(
+            "relaxation",
+            Sub(&settings::RELAXATION),
+            "{}",
+            "Gentle start: small steps without velocity while the fabric gains its stiffness.",
+        ),
+        key("stop", Sub(&settings::STOP), "{}", "When to end early."),
+        key(
+            "solver",
+            Sub(&settings::SOLVER),
+            "{}",
+            "Linear systems of Newton's method.",
+        ),
+        key(
+            "assembly",
+            Sub(&settings::ASSEMBLY),
+            "{}",
+            "How forces and matrices are summed.",
+        ),
+        key(
+            "assemble",
+            Sub(&settings::ASSEMBLE),
+            "{}",
+            "Sewing a garment together on its body, before `simulation` begins.",
+        ),
+        key("output", Sub(&settings::OUTPUT), "{}", "Results."),
+    ],
+);
+
+static SIMULATION: Table = Table::new(
+    "",
+    &[
+        key(
+            "duration",
+            number("s", Range::zero_to(1e5)),
+            "2",
+            "Simulated time.",
+        )
+        .hint("s, not ms"),
+        key(
+            "gravity",
+            Vector {
+                len: 3,
+                unit: "m/s²",
+                range: Range::within(1e4),
+            },
+            "[0, -9.81, 0]",
+            "Acceleration of gravity.",
+        ),
+    ],
+);
+
+pub(crate) const POSITION: super::spec::Kind = super::spec::vec3("m", Range::within(1e3));
+pub(crate) const DIRECTION: super::spec::Kind = super::spec::vec3("", ANY);

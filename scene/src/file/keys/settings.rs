@@ -1,0 +1,437 @@
+use super::super::spec::Kind::{Bool, Choice, Path, Switch};
+use super::super::spec::{
+    FRACTION, NOT_NEGATIVE, POSITIVE, Range, Table, derived, integer, key, number, optional,
+};
+
+pub(super) static INTEGRATOR: Table = Table::new(
+    "",
+    &[
+        key(
+            "kind",
+            Choice(&[(
+                "backward-euler",
+                "backward Euler, solved by Newton's method in velocities",
+            )]),
+            "\"backward-euler\"",
+            "Time stepping scheme.",
+        ),
+        key(
+            "max_step",
+            number("s", Range::up_to(1.0)),
+            "1e-3",
+            "Largest time step.",
+        )
+        .hint("s, not ms"),
+        derived(
+            "min_step",
+            number("s", Range::up_to(1.0)),
+            "`max_step` / 2^20",
+            "Smallest time step: when a step fails below it, the run ends with an error.",
+        ),
+        derived(
+            "newton_tolerance",
+            number("m/s or N·s", POSITIVE),
+            "0.01 m/s for `residual_norm = \"mass\"`, 0.001 N·s for `\"paper\"`",
+            "Residual at which a step is accepted, in the unit of `residual_norm`.",
+        ),
+        key(
+            "newton_iterations",
+            integer(1, 1000),
+            "5",
+            "Iterations before a step is split.",
+        ),
+        key(
+            "line_search_halvings",
+            integer(1, 60),
+            "5",
+            "Tries of the line search, each half as long as the one before.",
+        ),
+        key(
+            "step_splitting",
+            number("", FRACTION),
+            "0.75",
+            "Factor applied to the step after a failure.",
+        ),
+        key(
+            "recovery_steps",
+            integer(1, 1_000_000),
+            "5",
+            "Accepted steps in a row before the step grows again.",
+        ),
+        key(
+            "residual_norm",
+            Choice(&[
+                ("mass", "mean velocity error [m/s], the same for every mesh"),
+                (
+                    "paper",
+                    "Euclidean norm [N·s], grows with the number of points",
+                ),
+            ]),
+            "\"mass\"",
+            "Norm of the residual.",
+        ),
+        key(
+            "curvature",
+            Choice(&[
+                (
+                    "auto",
+                    "exact; positive semidefinite for an iteration that meets trouble",
+                ),
+                ("exact", "always exact; trouble is left to step splitting"),
+                ("projected", "always positive semidefinite"),
+            ]),
+            "\"auto\"",
+            "Second derivatives in Newton's matrix.",
+        ),
+    ],
+);
+
+pub(super) static RELAXATION: Table = Table::new(
+    "",
+    &[
+        key("enabled", Bool, "true", "Whether to begin gently."),
+        key(
+            "duration",
+            number("s", NOT_NEGATIVE),
+            "0.1",
+            "Length of the window.",
+        ),
+        key(
+            "step_fraction",
+            number("", Range::up_to(1.0)),
+            "0.0625",
+            "First step relative to `integrator.max_step`.",
+        ),
+        key(
+            "stiffness_start",
+            number("", Range::up_to(1.0)),
+            "0.01",
+            "Fabric stiffness at the start of the window, relative to its own.",
+        ),
+    ],
+);
+
+pub(super) static STOP: Table = Table::new(
+    "",
+    &[
+        key(
+            "early",
+            Bool,
+            "true",
+            "Whether to end before `simulation.duration` when the cloth is at rest.",
+        ),
+        key(
+            "percentile",
+            number("%", Range::up_to(100.0)),
+            "99",
+            "Percentile of the points' kinetic energies that counts.",
+        ),
+        key(
+            "kinetic_energy",
+            number("J", POSITIVE),
+            "1e-8",
+            "Kinetic energy of one point below which it rests.",
+        ),
+        key(
+            "window",
+            number("s", NOT_NEGATIVE),
+            "0.1",
+            "Time for which every step has to stay below.",
+        ),
+    ],
+);
+
+pub(super) static DAMPING: Table = Table::new(
+    "",
+    &[
+        key(
+            "kind",
+            Choice(&[
+                ("rate", "forces proportional to the rate of strain"),
+                (
+                    "incremental",
+                    "a potential of the strain gained in the step: variational",
+                ),
+                ("none", "no dissipation in the fabric, no drag"),
+            ]),
+            "\"rate\"",
+            "Form of the dissipation.",
+        ),
+        optional(
+            "drag",
+            number("1/s", NOT_NEGATIVE),
+            "Drag of still air, instead of every fabric's own.",
+        ),
+        optional(
+            "membrane",
+            number("s", NOT_NEGATIVE),
+            "Viscous over elastic membrane moduli, instead of every fabric's own.",
+        ),
+        optional(
+            "bending",
+            number("s", NOT_NEGATIVE),
+            "Viscous over elastic bending rigidity, instead of every fabric's own.",
+        ),
+    ],
+);
+
+pub(super) static SOLVER: Table = Table::new(
+    "",
+    &[
+        key(
+            "kind",
+            Choice(&[
+                ("cg", "filtered conjugate gradients"),
+                ("direct", "sparse Cholesky factorisation"),
+                (
+                    "refined",
+                    "single-precision conjugate gradients, refined in double precision",
+                ),
+            ]),
+            "\"cg\"",
+            "Linear solver.",
+        ),
+        key(
+            "preconditioner",
+            Choice(&[
+                ("none", "none"),
+                ("diagonal", "inverse diagonal"),
+                ("block-jacobi", "inverse 3×3 diagonal blocks"),
+                ("incomplete-cholesky", "block incomplete Cholesky, IC(0)"),
+                ("chebyshev", "Chebyshev polynomial on block-jacobi"),
+            ]),
+            "\"block-jacobi\"",
+            "Preconditioner of `cg` and `refined`.",
+        ),
+        key(
+            "tolerance",
+            number("", FRACTION),
+            "1e-2",
+            "Residual relative to the right-hand side.",
+        ),
+        key(
+            "max_iterations",
+            integer(1, 1_000_000),
+            "500",
+            "Iterations of one solve.",
+        ),
+        key(
+            "precision",
+            Choice(&[
+                (
+                    "mixed",
+                    "matrix and vectors in single, the rest in double precision",
+                ),
+                ("f64", "double precision throughout"),
+                (
+                    "f32",
+                    "single precision, derivatives included: for comparison only",
+                ),
+            ]),
+            "\"mixed\"",
+            "Precision of the linear systems.",
+        ),
+        key(
+            "matrix",
+            Choice(&[
+                ("dual", "static pattern and contacts kept apart"),
+                (
+                    "reassembled",
+                    "everything rebuilt every iteration: the baseline",
+                ),
+            ]),
+            "\"dual\"",
+            "Storage of the matrix.",
+        ),
+    ],
+);
+
+pub(super) static ASSEMBLY: Table = Table::new(
+    "",
+    &[
+        key(
+            "scatter",
+            Choice(&[
+                (
+                    "coloured",
+                    "stencils of one colour in parallel, plain writes",
+                ),
+                ("atomics", "atomic additions: not repeatable to the bit"),
+            ]),
+            "\"coloured\"",
+            "How local matrices reach the global one.",
+        ),
+        key(
+            "reorder",
+            Choice(&[
+                ("rcm", "reverse Cuthill-McKee"),
+                ("none", "as the mesh numbers them"),
+            ]),
+            "\"rcm\"",
+            "Order of the points in memory.",
+        ),
+        key(
+            "threads",
+            integer(0, 4096),
+            "0",
+            "Threads; 0 takes all cores. Results do not depend on it.",
+        ),
+        key(
+            "chunk",
+            integer(1, 65_536),
+            "64",
+            "Stencils handed to a thread at once.",
+        ),
+    ],
+);
+
+pub(super) static CONTACT: Table = Table::new(
+    "",
+    &[
+        key(
+            "self",
+            Switch,
+            "\"auto\"",
+            "Contact of cloth with cloth; `auto` decides by the scene (`selvedge plan`).",
+        ),
+        key(
+            "broad_phase",
+            Choice(&[
+                ("bvh", "tree of boxes"),
+                ("grid", "hash grid"),
+                ("brute-force", "every pair: for tests"),
+            ]),
+            "\"bvh\"",
+            "Search for nearby pairs.",
+        ),
+        key(
+            "potential",
+            Choice(&[("quadratic", "penalty on the missing distance")]),
+            "\"quadratic\"",
+            "Repulsion.",
+        ),
+        key(
+            "stiffness",
+            number("N/m", Range::up_to(1e9)),
+            "100",
+            "Stiffness of the repulsion of one pair.",
+        ),
+        key(
+            "thickness",
+            number("m", Range::up_to(0.1)),
+            "1e-3",
+            "Distance that cloth keeps from cloth.",
+        )
+        .hint("m, not mm"),
+        key(
+            "body_thickness",
+            number("m", Range::up_to(0.1)),
+            "1.5e-3",
+            "Distance that cloth keeps from bodies.",
+        )
+        .hint("m, not mm"),
+        key(
+            "friction",
+            number("", Range::zero_to(100.0)),
+            "0.3",
+            "Coulomb friction coefficient of cloth on cloth; bodies have their own.",
+        ),
+        key(
+            "friction_model",
+            Choice(&[
+                ("anchored", "springs to anchors that slip: true sticking"),
+                ("lagged", "smoothed and variational: creeps slowly"),
+                ("none", "no friction"),
+            ]),
+            "\"anchored\"",
+            "Friction.",
+        ),
+    ],
+);
+
+pub(super) static MESH: Table = Table::new(
+    "",
+    &[key(
+        "edge_length",
+        number("m", Range::up_to(10.0)),
+        "0.01",
+        "Target edge length of cloth meshes.",
+    )
+    .hint("m, not mm or cm")],
+);
+
+pub(super) static OUTPUT: Table = Table::new(
+    "",
+    &[
+        derived(
+            "directory",
+            Path,
+            "`out/NAME`",
+            "Folder of the results, relative to where the program runs.",
+        ),
+        key(
+            "frame_rate",
+            number("1/s", Range::up_to(1e5)),
+            "30",
+            "Recorded frames per simulated second.",
+        ),
+        key(
+            "checkpoint_seconds",
+            number("s", NOT_NEGATIVE),
+            "60",
+            "Seconds of computing between checkpoints; 0 writes none.",
+        ),
+        key("report", Bool, "true", "Whether to write `report.html`."),
+        key("recording", Bool, "true", "Whether to write `run.mcap`."),
+    ],
+);
+
+pub(super) static ASSEMBLE: Table = Table::new(
+    "",
+    &[
+        key(
+            "clearance",
+            number("m", Range::zero_to(1.0)),
+            "0.02",
+            "Least distance of the panels from the body at the start.",
+        )
+        .hint("m, not mm or cm"),
+        key(
+            "pre_iterations",
+            integer(0, 1_000_000),
+            "200",
+            "Iterations that bend the panels around the body before sewing.",
+        ),
+        key(
+            "seam_time",
+            number("s", NOT_NEGATIVE),
+            "0.5",
+            "Time over which the seams are closed.",
+        ),
+        key(
+            "seam_stiffness_start",
+            number("N/m", POSITIVE),
+            "10",
+            "Stiffness of a seam spring at first.",
+        ),
+        key(
+            "seam_stiffness",
+            number("N/m", POSITIVE),
+            "1000",
+            "Stiffness of a seam spring in the end.",
+        ),
+        key(
+            "weld_gap",
+            number("m", Range::up_to(0.1)),
+            "5e-4",
+            "Gap below which a seam is joined for good.",
+        )
+        .hint("m, not mm"),
+        key(
+            "settle_time",
+            number("s", NOT_NEGATIVE),
+            "0.3",
+            "Time to settle after sewing.",
+        ),
+    ],
+);

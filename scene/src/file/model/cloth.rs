@@ -1,0 +1,103 @@
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::Rotation;
+
+/// A piece of cloth.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cloth {
+    /// Name.
+    pub name: String,
+    /// Name of its fabric.
+    pub fabric: String,
+    /// Layer of clothing, 0 next to the body.
+    pub layer: i64,
+    /// Where its middle or origin is [m].
+    pub center: [f64; 3],
+    /// Rotation about that point.
+    pub rotation: Rotation,
+    /// Initial size relative to rest.
+    pub stretch: f64,
+    /// Standard deviation of the initial displacement [m].
+    pub noise: f64,
+    /// Seed of the displacement.
+    pub noise_seed: u64,
+    /// Where its geometry comes from.
+    #[serde(flatten)]
+    pub shape: ClothShape,
+}
+
+/// Where the geometry of a cloth comes from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum ClothShape {
+    /// A rectangle in the x-z plane, warp along x.
+    Sheet {
+        /// Extent along warp and weft [m].
+        size: [f64; 2],
+        /// Points along warp and weft.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        points: Option<[usize; 2]>,
+        /// Target edge length [m].
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        edge_length: Option<f64>,
+        /// Arrangement of the points.
+        lattice: Lattice,
+    },
+    /// A mesh from an OBJ file.
+    Mesh {
+        /// The file.
+        file: PathBuf,
+        /// Factor to metres.
+        scale: f64,
+    },
+    /// A sewing pattern.
+    Pattern {
+        /// The file.
+        file: PathBuf,
+        /// Target edge length [m].
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        edge_length: Option<f64>,
+        /// Fabric of single panels.
+        panel_fabric: BTreeMap<String, String>,
+        /// Labels of edges attached to the body.
+        hold: Vec<String>,
+        /// Angle from the panels' y axis to the warp [deg].
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        grain: Option<f64>,
+        /// Clearance added before sewing [m].
+        ease: f64,
+    },
+}
+
+/// Arrangement of a sheet's points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Lattice {
+    /// Rows of near-equilateral triangles.
+    Equilateral,
+    /// Right triangles with alternating diagonals.
+    Alternating,
+}
+
+impl Cloth {
+    /// Edge length that the cloth asks for itself [m].
+    pub fn edge_length(&self) -> Option<f64> {
+        match &self.shape {
+            ClothShape::Sheet {
+                size,
+                points: Some(points),
+                ..
+            } => {
+                let spacing = |i: usize| size[i] / (points[i].max(2) - 1) as f64;
+                Some(spacing(0).min(spacing(1)))
+            }
+            ClothShape::Sheet { edge_length, .. } | ClothShape::Pattern { edge_length, .. } => {
+                *edge_length
+            }
+            ClothShape::Mesh { .. } => None,
+        }
+    }
+}
