@@ -34,6 +34,11 @@
 //! # Ok::<(), selvedge_collision::CollisionError>(())
 //! ```
 
+// `!(a < b)` also catches NaN, which is what it is for.
+#![allow(clippy::neg_cmp_op_on_partial_ord)]
+// `to_body` and `from_body` are a pair of maps, not conversions of `self`.
+#![allow(clippy::wrong_self_convention)]
+
 mod aabb;
 mod backend;
 pub mod body;

@@ -19,10 +19,17 @@ impl Body for Ball {
     }
     fn sample(&self, p: [f64; 3], _: f64) -> SurfaceSample {
         let r = p.iter().map(|c| c * c).sum::<f64>().sqrt();
-        SurfaceSample { distance: r - self.0, normal: p.map(|c| c / r), velocity: [0.0; 3] }
+        SurfaceSample {
+            distance: r - self.0,
+            normal: p.map(|c| c / r),
+            velocity: [0.0; 3],
+        }
     }
     fn bounds(&self, _: f64) -> Aabb {
-        Aabb { min: [-self.0; 3], max: [self.0; 3] }
+        Aabb {
+            min: [-self.0; 3],
+            max: [self.0; 3],
+        }
     }
 }
 
@@ -55,9 +62,15 @@ fn golden_sphere() {
 
 fn particle(friction: Friction, floor: Floor) -> World {
     let masses = vec![1e-3];
-    let s = BodyContact::new(1, vec![Arc::new(floor)]).with_friction(friction, &masses).unwrap();
+    let s = BodyContact::new(1, vec![Arc::new(floor)])
+        .with_friction(friction, &masses)
+        .unwrap();
     // At the depth that carries 1 g, so that it starts at rest.
-    World::new(vec![0.0, 1.5e-3 - 1e-3 * 9.81 / 1e2, 0.0], masses, vec![Box::new(s)])
+    World::new(
+        vec![0.0, 1.5e-3 - 1e-3 * 9.81 / 1e2, 0.0],
+        masses,
+        vec![Box::new(s)],
+    )
 }
 
 fn incline(angle: f64) -> [f64; 3] {
@@ -70,14 +83,25 @@ fn incline(angle: f64) -> [f64; 3] {
 fn incline_sticks_and_slips() {
     for mu in [0.3, 0.5] {
         for damping_ratio in [0.2, 1.0] {
-            let friction = FrictionAnchored { damping_ratio, ..FrictionAnchored::new(mu) };
+            let friction = FrictionAnchored {
+                damping_ratio,
+                ..FrictionAnchored::new(mu)
+            };
             let mut stuck = particle(Friction::Anchored(friction), Floor { speed: [0.0; 3] });
             stuck.gravity = incline(0.98 * f64::atan(mu));
             stuck.run(1000, 1e-3);
-            let speed = stuck.velocity(0).map(f64::abs).into_iter().fold(0.0, f64::max);
+            let speed = stuck
+                .velocity(0)
+                .map(f64::abs)
+                .into_iter()
+                .fold(0.0, f64::max);
             assert!(speed < 1e-9, "mu {mu}: {speed} m/s");
             let sag = 1e-3 * stuck.gravity[0] / 1e2;
-            assert!(stuck.point(0)[0] < 12.0 * sag, "drift of {} m", stuck.point(0)[0]);
+            assert!(
+                stuck.point(0)[0] < 12.0 * sag,
+                "drift of {} m",
+                stuck.point(0)[0]
+            );
 
             let mut loose = particle(Friction::Anchored(friction), Floor { speed: [0.0; 3] });
             let angle = 1.02 * f64::atan(mu);
@@ -87,7 +111,10 @@ fn incline_sticks_and_slips() {
             loose.run(500, 1e-3);
             let a = (loose.velocity(0)[0] - before) / 0.5;
             let expected = 9.81 * (angle.sin() - mu * angle.cos());
-            assert!((a / expected - 1.0).abs() < 1e-3, "mu {mu}: {a} m/s², not {expected}");
+            assert!(
+                (a / expected - 1.0).abs() < 1e-3,
+                "mu {mu}: {a} m/s², not {expected}"
+            );
         }
     }
 }
@@ -96,7 +123,10 @@ fn incline_sticks_and_slips() {
 #[test]
 fn smoothed_friction_creeps() {
     let mu = 0.4;
-    let mut w = particle(Friction::Lagged(FrictionLagged::new(mu)), Floor { speed: [0.0; 3] });
+    let mut w = particle(
+        Friction::Lagged(FrictionLagged::new(mu)),
+        Floor { speed: [0.0; 3] },
+    );
     w.gravity = incline(0.9 * f64::atan(mu));
     w.run(500, 1e-3);
     let speed = w.velocity(0)[0];
@@ -108,7 +138,12 @@ fn smoothed_friction_creeps() {
 #[test]
 fn moving_floor_carries() {
     let friction = Friction::Anchored(FrictionAnchored::new(0.5));
-    let mut w = particle(friction, Floor { speed: [0.2, 0.1, 0.05] });
+    let mut w = particle(
+        friction,
+        Floor {
+            speed: [0.2, 0.1, 0.05],
+        },
+    );
     w.gravity = incline(0.2);
     w.run(1000, 1e-3);
     for (v, s) in w.velocity(0).iter().zip([0.2, 0.1, 0.05]) {
@@ -125,7 +160,12 @@ fn force_of_deep_points_is_capped() {
         let q = [0.0, y, 0.0];
         detect(&mut s, &q, &q, 1e-3);
         let (e, out) = evaluate(&mut s, &q, &q, 1e-3);
-        (e, out.body_force[0][1], s.deep_points(), s.max_penetration())
+        (
+            e,
+            out.body_force[0][1],
+            s.deep_points(),
+            s.max_penetration(),
+        )
     };
     let cap = 1e2 * 3.0 * 1.5e-3;
     assert!((at(-2.0 * 1.5e-3).1 - cap).abs() < 1e-12);
@@ -141,13 +181,25 @@ fn force_of_deep_points_is_capped() {
 fn points_coefficients_and_faults() {
     let q = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 2.0, 1.0, 0.0];
     let bodies: Vec<Arc<dyn Body>> = vec![Arc::new(Floor { speed: [0.0; 3] })];
-    let mut s = BodyContact::new(3, bodies.clone()).with_points(vec![2, 1]).unwrap();
+    let mut s = BodyContact::new(3, bodies.clone())
+        .with_points(vec![2, 1])
+        .unwrap();
     detect(&mut s, &q, &q, 1e-3);
-    assert_eq!(s.candidates(), 1, "the high point is ruled out by its distance");
+    assert_eq!(
+        s.candidates(),
+        1,
+        "the high point is ruled out by its distance"
+    );
     let (_, out) = evaluate(&mut s, &q, &q, 1e-3);
     assert_eq!(out.body_nodes, [1]);
-    let e = BodyContact::new(3, bodies).with_points(vec![3]).err().unwrap();
-    assert!(matches!(e, CollisionError::PointOutOfRange { point: 3, .. }), "{e}");
+    let e = BodyContact::new(3, bodies)
+        .with_points(vec![3])
+        .err()
+        .unwrap();
+    assert!(
+        matches!(e, CollisionError::PointOutOfRange { point: 3, .. }),
+        "{e}"
+    );
 
     struct Slippery;
     impl Body for Slippery {
@@ -172,13 +224,25 @@ fn points_coefficients_and_faults() {
     let mut s = BodyContact::new(3, vec![Arc::new(Slippery)])
         .with_friction(Friction::Anchored(FrictionAnchored::new(1.0)), &masses)
         .unwrap();
-    let moved: Vec<f64> = q.iter().enumerate().map(|(i, x)| x + if i % 3 == 0 { 1e-4 } else { 0.0 }).collect();
+    let moved: Vec<f64> = q
+        .iter()
+        .enumerate()
+        .map(|(i, x)| x + if i % 3 == 0 { 1e-4 } else { 0.0 })
+        .collect();
     detect(&mut s, &q[..], &moved, 1e-3);
     let mut out = Default::default();
     let layout = selvedge_energy::DofLayout::points(3);
-    let at = selvedge_energy::EvalPoint { layout, q: &moved, q_start: &q, dt: 1e-3 };
+    let at = selvedge_energy::EvalPoint {
+        layout,
+        q: &moved,
+        q_start: &q,
+        dt: 1e-3,
+    };
     let e = s.evaluate(&at, true, &mut out).unwrap_err();
-    assert!(matches!(&e, CollisionError::NotFiniteSample { body, point: 2 } if body == "ice"), "{e}");
+    assert!(
+        matches!(&e, CollisionError::NotFiniteSample { body, point: 2 } if body == "ice"),
+        "{e}"
+    );
     assert_eq!(spread(3, &out)[0], 0.0, "no friction on ice");
 }
 
@@ -189,12 +253,18 @@ fn derivatives_on_a_flat_floor() {
     let start = [0.0, 1.3e-3, 0.0];
     let friction = Friction::Anchored(FrictionAnchored::new(0.4));
     for way in [[1e-7, 0.0, 2e-7], [3e-4, 0.0, -2e-4]] {
-        let mut s = BodyContact::new(1, vec![Arc::new(Floor { speed: [0.1, 0.0, 0.0] })])
-            .with_friction(friction, &[1e-3])
-            .unwrap();
+        let mut s = BodyContact::new(
+            1,
+            vec![Arc::new(Floor {
+                speed: [0.1, 0.0, 0.0],
+            })],
+        )
+        .with_friction(friction, &[1e-3])
+        .unwrap();
         // The floor moves as well: relative to it the point slips or sticks.
         let dt = 1e-3;
-        let q: [f64; 3] = std::array::from_fn(|i| start[i] + way[i] + if i == 0 { 1e-4 } else { 0.0 });
+        let q: [f64; 3] =
+            std::array::from_fn(|i| start[i] + way[i] + if i == 0 { 1e-4 } else { 0.0 });
         detect(&mut s, &start, &q, dt);
         let (_, out) = evaluate(&mut s, &q, &start, dt);
         let h = 1e-9;
@@ -206,11 +276,17 @@ fn derivatives_on_a_flat_floor() {
             let (ea, fa) = evaluate(&mut s, &a, &start, dt);
             let (eb, fb) = evaluate(&mut s, &b, &start, dt);
             let force = -(ea - eb) / (2.0 * h);
-            assert!((force - out.body_force[0][i]).abs() < 1e-5 * 8e-3, "{force}");
+            assert!(
+                (force - out.body_force[0][i]).abs() < 1e-5 * 8e-3,
+                "{force}"
+            );
             for j in 0..3 {
                 let k = -(fa.body_force[0][j] - fb.body_force[0][j]) / (2.0 * h);
                 let expected = out.body_curvature[0][j][i];
-                assert!((k - expected).abs() < 1e-5 * 700.0, "{k} against {expected}");
+                assert!(
+                    (k - expected).abs() < 1e-5 * 700.0,
+                    "{k} against {expected}"
+                );
             }
         }
     }

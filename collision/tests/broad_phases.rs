@@ -36,29 +36,51 @@ fn suite_detects_faults() {
             (0..3).all(|k| a.min[k] < b.max[k] && b.min[k] < a.max[k])
         });
     };
-    assert_eq!(conformance(&mut Faulty(strict), 1, 60).unwrap_err().what, "missing");
+    assert_eq!(
+        conformance(&mut Faulty(strict), 1, 60).unwrap_err().what,
+        "missing"
+    );
     let twice = |pairs: &mut Vec<[u32; 2]>, _: &[Aabb]| pairs.extend_from_within(..);
-    assert_eq!(conformance(&mut Faulty(twice), 1, 60).unwrap_err().what, "repeated");
-    let swapped = |pairs: &mut Vec<[u32; 2]>, _: &[Aabb]| pairs.iter_mut().for_each(|p| p.reverse());
-    assert_eq!(conformance(&mut Faulty(swapped), 1, 60).unwrap_err().what, "misordered");
+    assert_eq!(
+        conformance(&mut Faulty(twice), 1, 60).unwrap_err().what,
+        "repeated"
+    );
+    let swapped =
+        |pairs: &mut Vec<[u32; 2]>, _: &[Aabb]| pairs.iter_mut().for_each(|p| p.reverse());
+    assert_eq!(
+        conformance(&mut Faulty(swapped), 1, 60).unwrap_err().what,
+        "misordered"
+    );
     let all = |pairs: &mut Vec<[u32; 2]>, boxes: &[Aabb]| {
         pairs.clear();
         for j in 0..boxes.len() as u32 {
             pairs.extend((0..j).map(|i| [i, j]));
         }
     };
-    assert_eq!(conformance(&mut Faulty(all), 1, 60).unwrap_err().what, "wrong");
+    assert_eq!(
+        conformance(&mut Faulty(all), 1, 60).unwrap_err().what,
+        "wrong"
+    );
 }
 
 /// The tree is refitted while boxes move and rebuilt when they have grown to
 /// twice their area or changed their number.
 #[test]
 fn tree_is_rebuilt_when_worn() {
-    let cube = |x: f64, s: f64| Aabb { min: [x, 0.0, 0.0], max: [x + s, s, s] };
+    let cube = |x: f64, s: f64| Aabb {
+        min: [x, 0.0, 0.0],
+        max: [x + s, s, s],
+    };
     let boxes = |n: usize, s: f64| -> Vec<Aabb> { (0..n).map(|i| cube(i as f64, s)).collect() };
     let mut bvh = BvhParry::new();
     let mut pairs = Vec::new();
-    for (n, size, builds) in [(9, 1.0, 1), (9, 1.1, 1), (9, 1.4, 1), (9, 1.5, 2), (8, 1.5, 3)] {
+    for (n, size, builds) in [
+        (9, 1.0, 1),
+        (9, 1.1, 1),
+        (9, 1.4, 1),
+        (9, 1.5, 2),
+        (8, 1.5, 3),
+    ] {
         bvh.overlaps(&boxes(n, size), &mut pairs);
         assert_eq!(bvh.build_count(), builds, "{n} boxes of {size}");
     }

@@ -64,12 +64,24 @@ fn finds_every_close_pair() {
         let reach = 1.5e-3;
         let mut backend = ProximityBackend::new(BvhParry::new());
         let mut found = Candidates::default();
-        backend.detect(&mesh, &start, &end, reach, &mut found).unwrap();
+        backend
+            .detect(&mesh, &start, &end, reach, &mut found)
+            .unwrap();
         assert!(found.vertex_triangle.is_sorted_by(|a, b| a < b));
         assert!(found.edge_edge.is_sorted_by(|a, b| a < b));
         assert!(found.edge_edge.iter().all(|p| p[0] < p[1]));
-        assert!(found.vertex_triangle.iter().all(|p| !mesh.excludes_vertex_triangle(p[0], p[1])));
-        assert!(found.edge_edge.iter().all(|p| !mesh.excludes_edge_edge(p[0], p[1])));
+        assert!(
+            found
+                .vertex_triangle
+                .iter()
+                .all(|p| !mesh.excludes_vertex_triangle(p[0], p[1]))
+        );
+        assert!(
+            found
+                .edge_edge
+                .iter()
+                .all(|p| !mesh.excludes_edge_edge(p[0], p[1]))
+        );
         let vt: BTreeSet<_> = found.vertex_triangle.iter().collect();
         let ee: BTreeSet<_> = found.edge_edge.iter().collect();
         let mut random = Random(100 + seed);
@@ -77,22 +89,36 @@ fn finds_every_close_pair() {
         for k in 0..6 {
             let q: Vec<f64> = (0..start.len())
                 .map(|i| {
-                    let t = if k < 3 { 0.5 * f64::from(k) } else { 0.5 + 0.5 * random.next() };
+                    let t = if k < 3 {
+                        0.5 * f64::from(k)
+                    } else {
+                        0.5 + 0.5 * random.next()
+                    };
                     start[i] + t * (end[i] - start[i])
                 })
                 .collect();
             let close = close_pairs(&mesh, &q, reach);
             met += close.len();
             for p in &close.vertex_triangle {
-                assert!(vt.contains(p), "seed {seed}: vertex-triangle pair {p:?} is missing");
+                assert!(
+                    vt.contains(p),
+                    "seed {seed}: vertex-triangle pair {p:?} is missing"
+                );
             }
             for p in &close.edge_edge {
-                assert!(ee.contains(p), "seed {seed}: edge-edge pair {p:?} is missing");
+                assert!(
+                    ee.contains(p),
+                    "seed {seed}: edge-edge pair {p:?} is missing"
+                );
             }
         }
         assert!(met > 1000, "the scene must have contacts, not {met}");
         // The distance test keeps the list tight.
-        assert!(found.len() < 12 * met / 6, "{} candidates for {met} / 6 pairs", found.len());
+        assert!(
+            found.len() < 12 * met / 6,
+            "{} candidates for {met} / 6 pairs",
+            found.len()
+        );
     }
 }
 
@@ -106,7 +132,9 @@ fn broad_phase_does_not_matter() {
             .map(|s| {
                 let (mesh, start, end) = crumple(*s);
                 let mut out = Candidates::default();
-                backend.detect(&mesh, &start, &end, 1.5e-3, &mut out).unwrap();
+                backend
+                    .detect(&mesh, &start, &end, 1.5e-3, &mut out)
+                    .unwrap();
                 out
             })
             .collect()
@@ -124,11 +152,20 @@ fn bad_input_is_refused() {
     let mut out = Candidates::default();
     let (mesh, mut start, end) = crumple(0);
     start[17] = f64::NAN;
-    let e = backend.detect(&mesh, &start, &end, 1e-3, &mut out).unwrap_err();
-    assert!(matches!(e, CollisionError::NotFinitePosition { point: 5 }), "{e}");
-    let e = backend.detect(&mesh, &end[3..], &end, 1e-3, &mut out).unwrap_err();
+    let e = backend
+        .detect(&mesh, &start, &end, 1e-3, &mut out)
+        .unwrap_err();
+    assert!(
+        matches!(e, CollisionError::NotFinitePosition { point: 5 }),
+        "{e}"
+    );
+    let e = backend
+        .detect(&mesh, &end[3..], &end, 1e-3, &mut out)
+        .unwrap_err();
     assert!(matches!(e, CollisionError::Length { .. }), "{e}");
-    let e = backend.detect(&mesh, &end, &end, f64::NAN, &mut out).unwrap_err();
+    let e = backend
+        .detect(&mesh, &end, &end, f64::NAN, &mut out)
+        .unwrap_err();
     assert!(matches!(e, CollisionError::Parameter { .. }), "{e}");
     let empty = CollisionMesh::from_positions(&[], vec![], &[], 1e-3).unwrap();
     backend.detect(&empty, &[], &[], 1e-3, &mut out).unwrap();
@@ -137,11 +174,20 @@ fn bad_input_is_refused() {
 
     let q = [0.0; 9];
     let e = CollisionMesh::from_positions(&q, vec![[0, 1, 3]], &[], 1e-3).unwrap_err();
-    assert!(matches!(e, CollisionError::PointOutOfRange { point: 3, .. }), "{e}");
+    assert!(
+        matches!(e, CollisionError::PointOutOfRange { point: 3, .. }),
+        "{e}"
+    );
     let e = CollisionMesh::from_positions(&q, vec![[0, 1, 1]], &[], 1e-3).unwrap_err();
-    assert!(matches!(e, CollisionError::RepeatedPoint { point: 1, .. }), "{e}");
+    assert!(
+        matches!(e, CollisionError::RepeatedPoint { point: 1, .. }),
+        "{e}"
+    );
     let e = CollisionMesh::from_positions(&q, vec![], &[[0, 9]], 1e-3).unwrap_err();
-    assert!(matches!(e, CollisionError::PointOutOfRange { point: 9, .. }), "{e}");
+    assert!(
+        matches!(e, CollisionError::PointOutOfRange { point: 9, .. }),
+        "{e}"
+    );
     let e = CollisionMesh::from_positions(&q, vec![], &[], 0.0).unwrap_err();
     assert!(matches!(e, CollisionError::Parameter { .. }), "{e}");
 }

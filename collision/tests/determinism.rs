@@ -34,11 +34,20 @@ fn sources(q: &[f64]) -> Vec<Box<dyn ContactSource>> {
     let masses = vec![2e-5; n];
     let friction = Friction::Anchored(FrictionAnchored::new(0.3));
     vec![
-        Box::new(SelfContact::new(mesh).with_friction(friction, &masses).unwrap()),
         Box::new(
-            BodyContact::new(n, vec![std::sync::Arc::new(common::Floor { speed: [0.1, 0.0, 0.0] })])
+            SelfContact::new(mesh)
                 .with_friction(friction, &masses)
                 .unwrap(),
+        ),
+        Box::new(
+            BodyContact::new(
+                n,
+                vec![std::sync::Arc::new(common::Floor {
+                    speed: [0.1, 0.0, 0.0],
+                })],
+            )
+            .with_friction(friction, &masses)
+            .unwrap(),
         ),
     ]
 }
@@ -47,7 +56,12 @@ fn advance(s: &mut dyn ContactSource, from: &[f64], to: &[f64]) -> (f64, Contact
     detect(s, from, to, 1e-3);
     let result = evaluate(s, to, from, 1e-3);
     let layout = DofLayout::points(to.len() / 3);
-    s.commit(&EvalPoint { layout, q: to, q_start: from, dt: 1e-3 });
+    s.commit(&EvalPoint {
+        layout,
+        q: to,
+        q_start: from,
+        dt: 1e-3,
+    });
     result
 }
 
@@ -57,7 +71,10 @@ fn advance(s: &mut dyn ContactSource, from: &[f64], to: &[f64]) -> (f64, Contact
 fn threads_do_not_matter() {
     let states = scene(4);
     let run = |threads| {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
         pool.install(|| {
             let mut log = Vec::new();
             for mut s in sources(&states[0]) {
@@ -93,7 +110,9 @@ fn restart_goes_on_bit_for_bit() {
         assert_eq!(a, b);
         assert_eq!(s.history(), restored.history());
 
-        let e = s.restore_history(&history[..history.len() - 1]).unwrap_err();
+        let e = s
+            .restore_history(&history[..history.len() - 1])
+            .unwrap_err();
         assert!(matches!(e, CollisionError::History { .. }), "{e}");
         let mut wrong = history.clone();
         wrong[1] = 1e9;

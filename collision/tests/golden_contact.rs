@@ -23,7 +23,10 @@ fn assert_close(what: &str, found: &[f64], expected: &[f64], tolerance: f64) {
     assert_eq!(found.len(), expected.len(), "{what}");
     let scale = expected.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
     for (f, e) in found.iter().zip(expected) {
-        assert!((f - e).abs() <= tolerance * scale, "{what}: {f:e} instead of {e:e}");
+        assert!(
+            (f - e).abs() <= tolerance * scale,
+            "{what}: {f:e} instead of {e:e}"
+        );
     }
 }
 
@@ -53,7 +56,11 @@ fn pairs() {
 
         // The closest-point search meets the same numbers.
         if m == 4 {
-            let kind = if kind == "VF" { PairKind::VertexTriangle } else { PairKind::EdgeEdge };
+            let kind = if kind == "VF" {
+                PairKind::VertexTriangle
+            } else {
+                PairKind::EdgeEdge
+            };
             let c = kind.closest(&four());
             assert!(c.interior);
             assert_close(&what, &[c.distance], &[signed], 1e-10);
@@ -74,7 +81,10 @@ fn pairs() {
         assert_close(&what, &gradient, &floats(&p["gradient"]), 1e-10);
         if let Some(h) = p.get("hessian") {
             let exact = d.energy_hessian(-r.force * sign, r.curvature);
-            let found: Vec<f64> = exact[..3 * m].iter().flat_map(|r| r[..3 * m].to_vec()).collect();
+            let found: Vec<f64> = exact[..3 * m]
+                .iter()
+                .flat_map(|r| r[..3 * m].to_vec())
+                .collect();
             assert_close(&what, &found, &floats(h), 1e-10);
             second_derivatives += 1;
         }
@@ -85,7 +95,12 @@ fn pairs() {
 /// Closest points of triangles, degenerate ones among them.
 #[test]
 fn closest_points() {
-    for (n, c) in golden()["closest_point_triangle"].as_array().unwrap().iter().enumerate() {
+    for (n, c) in golden()["closest_point_triangle"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .enumerate()
+    {
         let (p, t) = (points(&c["p"])[0], points(&c["tri"]));
         let found = closest_point_triangle(&[p, t[0], t[1], t[2]]);
         let place = |w: &[f64]| -> [f64; 3] {
@@ -107,13 +122,43 @@ fn closest_points() {
 #[test]
 fn closest_edges() {
     let edges: [[[f64; 3]; 4]; 7] = [
-        [[0.0, 0.0, 0.1], [1.0, 0.0, 0.1], [0.5, -1.0, 0.0], [0.4, 1.0, 0.0]],
-        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.2, 0.1, 0.0], [1.3, 0.1, 0.0]],
-        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0]],
-        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.3, 0.4, 0.5], [0.3, 0.4, 0.5]],
+        [
+            [0.0, 0.0, 0.1],
+            [1.0, 0.0, 0.1],
+            [0.5, -1.0, 0.0],
+            [0.4, 1.0, 0.0],
+        ],
+        [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.2, 0.1, 0.0],
+            [1.3, 0.1, 0.0],
+        ],
+        [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [2.0, 0.0, 0.0],
+            [3.0, 0.0, 0.0],
+        ],
+        [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.3, 0.4, 0.5],
+            [0.3, 0.4, 0.5],
+        ],
         [[0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3]],
-        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1e-3, 0.0], [1.0, 1e-3, 1e-9]],
-        [[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [3.0, -1.0, 0.2], [2.0, 4.0, 0.7]],
+        [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 1e-3, 0.0],
+            [1.0, 1e-3, 1e-9],
+        ],
+        [
+            [0.0, 0.0, 0.0],
+            [1.0, 1.0, 0.0],
+            [3.0, -1.0, 0.2],
+            [2.0, 4.0, 0.7],
+        ],
     ];
     for x in edges {
         let c = narrow::closest_edge_edge(&x);
@@ -123,15 +168,24 @@ fn closest_edges() {
         let mut best = f64::INFINITY;
         for i in 0..=200 {
             for j in 0..=200 {
-                let (a, b) = (at(i as f64 / 200.0, x[0], x[1]), at(j as f64 / 200.0, x[2], x[3]));
+                let (a, b) = (
+                    at(i as f64 / 200.0, x[0], x[1]),
+                    at(j as f64 / 200.0, x[2], x[3]),
+                );
                 best = best.min((0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt());
             }
         }
         let d = c.distance.abs();
-        assert!(d <= best + 1e-12 && d >= best - 0.02, "{x:?}: {d} against {best}");
+        assert!(
+            d <= best + 1e-12 && d >= best - 0.02,
+            "{x:?}: {d} against {best}"
+        );
         let gap: [f64; 3] = std::array::from_fn(|k| (0..4).map(|i| c.weights[i] * x[i][k]).sum());
         let size = gap.iter().map(|g| g * g).sum::<f64>().sqrt();
-        assert!((size - d).abs() < 1e-8, "{x:?}: the weights give {size}, not {d}");
+        assert!(
+            (size - d).abs() < 1e-8,
+            "{x:?}: the weights give {size}, not {d}"
+        );
         assert!(c.weights.iter().sum::<f64>().abs() < 1e-15);
     }
 }

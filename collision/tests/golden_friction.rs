@@ -18,7 +18,10 @@ fn vector<const N: usize>(v: &Value) -> [f64; N] {
 fn assert_close<const N: usize>(what: &str, found: [f64; N], expected: [f64; N]) {
     let scale = expected.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
     for (f, e) in found.iter().zip(expected) {
-        assert!((f - e).abs() <= 1e-12 * scale, "{what}: {f:e} instead of {e:e}");
+        assert!(
+            (f - e).abs() <= 1e-12 * scale,
+            "{what}: {f:e} instead of {e:e}"
+        );
     }
 }
 
@@ -94,14 +97,22 @@ fn anchored_is_a_potential_of_the_step() {
 fn smoothed() {
     for c in golden()["smoothed"].as_array().unwrap() {
         let e = number(&c["eps_h"]);
-        let f = FrictionLagged { coefficient: number(&c["mu"]), creep_speed: e / 1e-3 };
+        let f = FrictionLagged {
+            coefficient: number(&c["mu"]),
+            creep_speed: e / 1e-3,
+        };
         let [x, y] = vector(&c["u"]);
         let a = f.respond([x, y, 0.0], [0.0, 0.0, 1.0], number(&c["lam"]), 1e-3);
         assert_close("energy", [a.energy], [number(&c["energy"])]);
         let g: [f64; 2] = vector(&c["gradient"]);
         assert_close("force", a.force, [-g[0], -g[1], 0.0]);
         let h: [[f64; 2]; 2] = [vector(&c["hessian"][0]), vector(&c["hessian"][1])];
-        let flat = [a.curvature[0][0], a.curvature[0][1], a.curvature[1][0], a.curvature[1][1]];
+        let flat = [
+            a.curvature[0][0],
+            a.curvature[0][1],
+            a.curvature[1][0],
+            a.curvature[1][1],
+        ];
         assert_close("hessian", flat, [h[0][0], h[0][1], h[1][0], h[1][1]]);
         for k in 0..3 {
             assert_eq!(a.curvature[2][k], 0.0, "no stiffness along the normal");

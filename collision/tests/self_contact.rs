@@ -40,7 +40,11 @@ fn with_table(
     (q, mesh)
 }
 
-fn over_table(vertex: [f64; 3], table: &[[f64; 3]], triangles: &[[u32; 3]]) -> (Vec<f64>, CollisionMesh) {
+fn over_table(
+    vertex: [f64; 3],
+    table: &[[f64; 3]],
+    triangles: &[[u32; 3]],
+) -> (Vec<f64>, CollisionMesh) {
     with_table(vertex, [5.0, 5.0, 9.0, 5.0, -5.0, 9.0], table, triangles)
 }
 
@@ -49,7 +53,12 @@ const BESIDE: [f64; 6] = [-9.0, 5.0, 0.0, -9.0, -5.0, 0.0];
 const BIG: [[f64; 3]; 3] = [[-1.0, -1.0, 0.0], [2.0, -1.0, 0.0], [-1.0, 2.0, 0.0]];
 
 fn commit(s: &mut SelfContact, q: &[f64], q_start: &[f64]) {
-    s.commit(&EvalPoint { layout: DofLayout::points(q.len() / 3), q, q_start, dt: 1e-3 });
+    s.commit(&EvalPoint {
+        layout: DofLayout::points(q.len() / 3),
+        q,
+        q_start,
+        dt: 1e-3,
+    });
 }
 
 /// Nodal forces are minus the gradient of the energy, without friction and
@@ -74,11 +83,15 @@ fn forces_are_the_gradient_of_the_energy() {
                 let scale: f64 = force.iter().map(|f| f * f).sum::<f64>().sqrt();
                 // The energy bends where pairs enter: steps must be small.
                 let h = 1e-9;
-                let at = |t: f64| -> Vec<f64> { q.iter().zip(&way).map(|(q, w)| q + t * w).collect() };
+                let at =
+                    |t: f64| -> Vec<f64> { q.iter().zip(&way).map(|(q, w)| q + t * w).collect() };
                 let (a, _) = evaluate(&mut s, &at(h), &start, 1e-3);
                 let (b, _) = evaluate(&mut s, &at(-h), &start, 1e-3);
                 let numeric = -(a - b) / (2.0 * h);
-                assert!((numeric - slope).abs() < 2e-6 * scale, "{numeric} against {slope}");
+                assert!(
+                    (numeric - slope).abs() < 2e-6 * scale,
+                    "{numeric} against {slope}"
+                );
             }
         }
     }
@@ -97,8 +110,13 @@ fn momentum_and_definiteness() {
     for k in 0..3 {
         let sum: f64 = (0..n).map(|i| f[3 * i + k]).sum();
         let (a, b) = ((k + 1) % 3, (k + 2) % 3);
-        let torque: f64 = (0..n).map(|i| q[3 * i + a] * f[3 * i + b] - q[3 * i + b] * f[3 * i + a]).sum();
-        assert!(sum.abs() < 1e-14 * scale && torque.abs() < 1e-15 * scale, "{sum} {torque}");
+        let torque: f64 = (0..n)
+            .map(|i| q[3 * i + a] * f[3 * i + b] - q[3 * i + b] * f[3 * i + a])
+            .sum();
+        assert!(
+            sum.abs() < 1e-14 * scale && torque.abs() < 1e-15 * scale,
+            "{sum} {torque}"
+        );
     }
     let masses = vec![1e-5; n];
     for friction in [
@@ -123,14 +141,19 @@ fn momentum_and_definiteness() {
 fn rigid_motion() {
     let (s, start, q) = crumple(3);
     let masses = vec![1e-5; q.len() / 3];
-    let mut s = s.with_friction(Friction::Anchored(FrictionAnchored::new(0.3)), &masses).unwrap();
+    let mut s = s
+        .with_friction(Friction::Anchored(FrictionAnchored::new(0.3)), &masses)
+        .unwrap();
     let turn = nalgebra::Rotation3::from_euler_angles(0.4, -1.1, 2.0);
     let place = |q: &[f64], shift: f64| -> Vec<f64> {
         let (points, _) = q.as_chunks::<3>();
-        points.iter().flat_map(|p| {
-            let r = turn * nalgebra::Vector3::from(*p);
-            [r[0] + shift, r[1] - shift, r[2] + 2.0 * shift]
-        }).collect()
+        points
+            .iter()
+            .flat_map(|p| {
+                let r = turn * nalgebra::Vector3::from(*p);
+                [r[0] + shift, r[1] - shift, r[2] + 2.0 * shift]
+            })
+            .collect()
     };
     detect(&mut s, &start, &q, 1e-3);
     let (e, out) = evaluate(&mut s, &q, &start, 1e-3);
@@ -222,7 +245,10 @@ fn border_can_be_rounded() {
         let f = &spread(next.len() / 3, &out)[..3];
         let a = [next[0] + 1.0, next[2]];
         // Always away from the border or the surface.
-        assert!(f[0] * a[0].min(0.0) + f[2] * a[1] > 0.0, "step {i}: {f:?} at {a:?}");
+        assert!(
+            f[0] * a[0].min(0.0) + f[2] * a[1] > 0.0,
+            "step {i}: {f:?} at {a:?}"
+        );
         commit(&mut s, &next, &q);
         q = next;
     }
@@ -237,8 +263,8 @@ fn parallel_edges_do_not_swap_sides() {
         let (s, c) = angle.sin_cos();
         let far = 5.0;
         vec![
-            -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -far,
-            -c, -s, 0.7e-3, c, s, 0.7e-3, 0.0, 0.0, far,
+            -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, -far, -c, -s, 0.7e-3, c, s, 0.7e-3, 0.0, 0.0,
+            far,
         ]
     };
     let mut q = edges(-1e-2);
@@ -291,7 +317,9 @@ fn incline_of_cloth() {
         let (q, mesh) = over_table([0.0, 0.0, DELTA - m * 9.81 / 1e2], &BIG, &[[0, 1, 2]]);
         let masses = vec![m, 1e9, 1e9, 1e9, 1e9, 1e9];
         let friction = Friction::Anchored(FrictionAnchored::new(mu));
-        let s = SelfContact::new(mesh).with_friction(friction, &masses).unwrap();
+        let s = SelfContact::new(mesh)
+            .with_friction(friction, &masses)
+            .unwrap();
         let mut w = World::new(q, masses, vec![Box::new(s)]);
         w.fixed[1..].fill(true);
         let angle = factor * f64::atan(mu);
@@ -304,7 +332,10 @@ fn incline_of_cloth() {
         } else {
             let a = (w.velocity(0)[0] - before) / (0.5e-3 * steps as f64);
             let expected = 9.81 * (angle.sin() - mu * angle.cos());
-            assert!((a / expected - 1.0).abs() < 1e-3, "{a} m/s², not {expected}");
+            assert!(
+                (a / expected - 1.0).abs() < 1e-3,
+                "{a} m/s², not {expected}"
+            );
         }
     }
 }
@@ -325,7 +356,9 @@ fn friction_is_handed_over_at_edges() {
         let n = q.len() / 3;
         let masses: Vec<f64> = (0..n).map(|i| if i == 0 { m } else { 1e9 }).collect();
         let friction = Friction::Anchored(FrictionAnchored::new(mu));
-        let s = SelfContact::new(mesh.clone()).with_friction(friction, &masses).unwrap();
+        let s = SelfContact::new(mesh.clone())
+            .with_friction(friction, &masses)
+            .unwrap();
         let mut w = World::new(q, masses, vec![Box::new(s)]);
         w.fixed[1..].fill(true);
         // As much pull as friction holds: the speed stays.
@@ -347,12 +380,19 @@ fn friction_is_handed_over_at_edges() {
             if i > 20 {
                 pairs = [pairs[0].min(normal.len()), pairs[1].max(normal.len())];
                 let change = last.map_or(0.0, |l: f64| (now - l).abs());
-                assert!(change < 0.2, "{speed} m/s, step {i}: from {last:?} to {now}");
+                assert!(
+                    change < 0.2,
+                    "{speed} m/s, step {i}: from {last:?} to {now}"
+                );
                 assert!(now < -0.8, "{speed} m/s, step {i}: friction of {now} caps");
             }
             last = Some(now);
         }
-        assert!(w.point(0)[0] > 13e-3, "it must cross edges: {}", w.point(0)[0]);
+        assert!(
+            w.point(0)[0] > 13e-3,
+            "it must cross edges: {}",
+            w.point(0)[0]
+        );
         assert!(pairs[1] > pairs[0], "edges must add pairs");
     }
 }
@@ -364,7 +404,15 @@ fn contacts_are_listed() {
     detect(&mut s, &start, &q, 1e-3);
     let (_, out) = evaluate(&mut s, &q, &start, 1e-3);
     let mut set = ContactSet::default();
-    s.contacts(&EvalPoint { layout: DofLayout::points(q.len() / 3), q: &q, q_start: &start, dt: 1e-3 }, &mut set);
+    s.contacts(
+        &EvalPoint {
+            layout: DofLayout::points(q.len() / 3),
+            q: &q,
+            q_start: &start,
+            dt: 1e-3,
+        },
+        &mut set,
+    );
     assert_eq!(set.nodes, out.nodes);
     assert_eq!(set.len(), s.active());
     let deepest = set.gap.iter().fold(0.0_f64, |a, g| a.max(DELTA - g));
@@ -381,7 +429,14 @@ fn coverage_is_checked() {
     let (mut s, start, q) = crumple(5);
     detect(&mut s, &start, &q, 1e-3);
     let layout = DofLayout::points(q.len() / 3);
-    let covers = |s: &SelfContact, q: &[f64]| s.covers(&EvalPoint { layout, q, q_start: &start, dt: 1e-3 });
+    let covers = |s: &SelfContact, q: &[f64]| {
+        s.covers(&EvalPoint {
+            layout,
+            q,
+            q_start: &start,
+            dt: 1e-3,
+        })
+    };
     assert!(covers(&s, &q) && covers(&s, &start));
     let mut off = q.clone();
     off[7] += 2.3e-4;

@@ -208,7 +208,7 @@ fn height(l: &[f64; 3], i: usize) -> f64 {
     if opposite <= 0.0 || beyond(next, last) || beyond(last, next) {
         return next.min(last);
     }
-    2.0 * super::heron(l) / opposite
+    2.0 * super::areas::heron(l) / opposite
 }
 
 /// A set of small integers.

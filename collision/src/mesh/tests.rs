@@ -2,8 +2,11 @@ use super::CollisionMesh;
 
 /// A strip of `n` cells along x, two triangles each.
 fn strip(n: u32, a: f64, b: f64) -> (Vec<f64>, Vec<[u32; 3]>) {
-    let q = (0..=n).flat_map(|i| [f64::from(i) * a, 0.0, 0.0, f64::from(i) * a, b, 0.0]).collect();
-    let triangles = (0..n).flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 3], [2 * i, 2 * i + 3, 2 * i + 1]]);
+    let q = (0..=n)
+        .flat_map(|i| [f64::from(i) * a, 0.0, 0.0, f64::from(i) * a, b, 0.0])
+        .collect();
+    let triangles =
+        (0..n).flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 3], [2 * i, 2 * i + 3, 2 * i + 1]]);
     (q, triangles.collect())
 }
 
@@ -55,9 +58,8 @@ fn areas_add_up() {
 #[test]
 fn exclusion_follows_the_rest_shape() {
     let (q, triangles) = strip(10, 1.0, 10.0);
-    let flat = |thickness| {
-        CollisionMesh::from_positions(&q, triangles.clone(), &[], thickness).unwrap()
-    };
+    let flat =
+        |thickness| CollisionMesh::from_positions(&q, triangles.clone(), &[], thickness).unwrap();
     // Vertex 0 at x = 0; triangle 4 spans x in 2..3.
     assert!(!flat(1.3).excludes_vertex_triangle(0, 4));
     assert!(flat(1.4).excludes_vertex_triangle(0, 4));

@@ -14,11 +14,10 @@ pub fn closest_edge_edge(x: &[[f64; 3]; 4]) -> Closest {
     let (e1, e2, u) = (sub(a1, a0), sub(b1, b0), sub(b0, a0));
     if let Some((s, minus_t)) = plane_coordinates(e1, e2, u) {
         let t = -minus_t;
-        if (0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t) {
-            let apart = scale(-1.0, u);
-            if let Some(c) = interior([1.0 - s, s, t - 1.0, -t], e1, e2, apart) {
-                return c;
-            }
+        let inside = (0.0..=1.0).contains(&s) && (0.0..=1.0).contains(&t);
+        let weights = [1.0 - s, s, t - 1.0, -t];
+        if inside && let Some(c) = interior(weights, e1, e2, scale(-1.0, u)) {
+            return c;
         }
     }
     let mut best = (f64::INFINITY, [1.0, 0.0, -1.0, 0.0], sub(a0, b0));

@@ -14,10 +14,9 @@ pub fn closest_point_triangle(x: &[[f64; 3]; 4]) -> Closest {
     let (e1, e2, u) = (sub(x1, x0), sub(x2, x0), sub(p, x0));
     if let Some((b1, b2)) = plane_coordinates(e1, e2, u) {
         let b0 = 1.0 - b1 - b2;
-        if b0 >= 0.0 && b1 >= 0.0 && b2 >= 0.0 {
-            if let Some(c) = interior([1.0, -b0, -b1, -b2], e1, e2, u) {
-                return c;
-            }
+        let inside = b0 >= 0.0 && b1 >= 0.0 && b2 >= 0.0;
+        if inside && let Some(c) = interior([1.0, -b0, -b1, -b2], e1, e2, u) {
+            return c;
         }
     }
     let corners = [x0, x1, x2];

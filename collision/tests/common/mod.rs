@@ -2,9 +2,7 @@
 #![allow(dead_code)] // each test binary uses some of it
 
 use nalgebra::{DMatrix, DVector};
-use selvedge_collision::{
-    Aabb, Body, ContactResponse, ContactSource, StepStart, SurfaceSample,
-};
+use selvedge_collision::{Aabb, Body, ContactResponse, ContactSource, StepStart, SurfaceSample};
 use selvedge_energy::{DofLayout, EvalPoint};
 
 /// Free particles under gravity and contact.
@@ -59,7 +57,12 @@ impl World {
         let mut attempts = 0;
         loop {
             (q, out, iterations) = self.solve(&start, &guess, &predicted, dt);
-            let at = EvalPoint { layout, q: &q, q_start: &start, dt };
+            let at = EvalPoint {
+                layout,
+                q: &q,
+                q_start: &start,
+                dt,
+            };
             if self.sources.iter().all(|s| s.covers(&at)) {
                 break;
             }
@@ -68,7 +71,12 @@ impl World {
             assert!(attempts < 20, "detection does not catch up");
             predicted.copy_from_slice(&q);
         }
-        let at = EvalPoint { layout, q: &q, q_start: &start, dt };
+        let at = EvalPoint {
+            layout,
+            q: &q,
+            q_start: &start,
+            dt,
+        };
         for s in &mut self.sources {
             s.commit(&at);
         }
@@ -92,15 +100,25 @@ impl World {
         let layout = DofLayout::points(n);
         let free = |i: usize| !self.fixed[i / 3];
         for s in &mut self.sources {
-            s.detect(&StepStart { q_start: start, q_predicted: predicted, dt, time: self.time })
-                .unwrap();
+            s.detect(&StepStart {
+                q_start: start,
+                q_predicted: predicted,
+                dt,
+                time: self.time,
+            })
+            .unwrap();
         }
         let mut q = predicted.to_vec();
         let mut out = ContactResponse::default();
         let mut evaluate = |q: &[f64], out: &mut ContactResponse| {
             out.clear();
             for s in &mut self.sources {
-                let at = EvalPoint { layout, q, q_start: start, dt };
+                let at = EvalPoint {
+                    layout,
+                    q,
+                    q_start: start,
+                    dt,
+                };
                 let e = s.evaluate(&at, true, out).unwrap();
                 assert!(e.is_finite());
             }
@@ -117,7 +135,11 @@ impl World {
         let mut iterations = 0;
         // Speeds below 1e-12 m/s are noise.
         let size = |r: &DVector<f64>| {
-            (0..3 * n).map(|i| (r[i] / self.masses[i / 3]).powi(2)).sum::<f64>().sqrt() / dt
+            (0..3 * n)
+                .map(|i| (r[i] / self.masses[i / 3]).powi(2))
+                .sum::<f64>()
+                .sqrt()
+                / dt
         };
         while size(&r) > 1e-12 && iterations < 200 {
             let mut h = DMatrix::zeros(3 * n, 3 * n);
@@ -127,7 +149,10 @@ impl World {
             }
             let unknowns: Vec<usize> = (0..3 * n).filter(|i| free(*i)).collect();
             let h = h.select_rows(&unknowns).select_columns(&unknowns);
-            let x = h.cholesky().expect("positive definite").solve(&r.select_rows(&unknowns));
+            let x = h
+                .cholesky()
+                .expect("positive definite")
+                .solve(&r.select_rows(&unknowns));
             let mut d = DVector::zeros(3 * n);
             unknowns.iter().zip(x.iter()).for_each(|(i, x)| d[*i] = *x);
             let before = size(&r);
@@ -183,7 +208,10 @@ pub fn add_curvature(h: &mut DMatrix<f64>, r: &ContactResponse, s: f64) {
                 let w = s * r.weights[c][i] * r.weights[c][j];
                 for k in 0..3 {
                     for l in 0..3 {
-                        let at = (3 * r.nodes[c][i] as usize + k, 3 * r.nodes[c][j] as usize + l);
+                        let at = (
+                            3 * r.nodes[c][i] as usize + k,
+                            3 * r.nodes[c][j] as usize + l,
+                        );
                         h[at] += w * r.curvature[c][k][l];
                     }
                 }
@@ -208,14 +236,25 @@ pub fn evaluate(
     dt: f64,
 ) -> (f64, ContactResponse) {
     let mut out = ContactResponse::default();
-    let at = EvalPoint { layout: DofLayout::points(q.len() / 3), q, q_start, dt };
+    let at = EvalPoint {
+        layout: DofLayout::points(q.len() / 3),
+        q,
+        q_start,
+        dt,
+    };
     let e = s.evaluate(&at, true, &mut out).unwrap();
     (e, out)
 }
 
 /// Detection for motions from `q_start` to `q_end`.
 pub fn detect(s: &mut dyn ContactSource, q_start: &[f64], q_end: &[f64], dt: f64) {
-    s.detect(&StepStart { q_start, q_predicted: q_end, dt, time: 0.0 }).unwrap();
+    s.detect(&StepStart {
+        q_start,
+        q_predicted: q_end,
+        dt,
+        time: 0.0,
+    })
+    .unwrap();
 }
 
 /// `y ≤ height(t)`, moving along x at `speed`.
@@ -236,7 +275,10 @@ impl Body for Floor {
     }
     fn bounds(&self, time: f64) -> Aabb {
         let i = f64::INFINITY;
-        Aabb { min: [-i; 3], max: [i, self.speed[1] * time, i] }
+        Aabb {
+            min: [-i; 3],
+            max: [i, self.speed[1] * time, i],
+        }
     }
     fn to_body(&self, p: [f64; 3], time: f64) -> [f64; 3] {
         std::array::from_fn(|i| p[i] - self.speed[i] * time)

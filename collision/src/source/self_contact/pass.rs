@@ -47,6 +47,7 @@ pub(super) struct Pass<'a> {
     at: &'a EvalPoint<'a>,
     curvature: bool,
     anchored: Option<FrictionAnchored>,
+    thickness: f64,
 }
 
 impl<'a> Pass<'a> {
@@ -60,6 +61,7 @@ impl<'a> Pass<'a> {
             at,
             curvature,
             anchored,
+            thickness: pairs.potential.thickness(),
         }
     }
 
@@ -132,7 +134,7 @@ impl<'a> Pass<'a> {
             fallback: &fallback,
             side,
         };
-        pair.meet(self.pairs.potential.thickness())
+        pair.meet(self.thickness)
     }
 
     /// State of the anchor of a touching pair.
@@ -179,7 +181,6 @@ impl<'a> Pass<'a> {
     pub(super) fn evaluate(&self, range: Range<usize>, task: &mut Task) {
         task.response.clear();
         (task.energy, task.deepest, task.active) = (0.0, 0.0, 0);
-        let thickness = self.pairs.potential.thickness();
         self.each(range, |kind, pair, side, anchor| {
             let Meeting::Touching(touch) = self.meet(kind, pair, side) else {
                 return;
@@ -205,7 +206,7 @@ impl<'a> Pass<'a> {
             if self.curvature {
                 task.response.curvature.push(k);
             }
-            task.deepest = task.deepest.max(thickness - touch.gap);
+            task.deepest = task.deepest.max(self.thickness - touch.gap);
             task.active += 1;
         });
     }

@@ -1,3 +1,5 @@
+mod pass;
+
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -6,12 +8,12 @@ use selvedge_energy::EvalPoint;
 use super::envelope::Envelope;
 use super::self_contact::inverse_masses;
 use super::{CHUNK, ContactSource, StepStart, check_margin, check_step, in_order};
-use crate::friction::{AnchorState, anchor_damping};
-use crate::vec3::{Vec3, add_outer, axpy, norm, point, scale, sub, tangential, unit};
+use crate::vec3::{norm, point, sub};
 use crate::{
     Aabb, Body, CollisionError, ContactPotential, ContactQuadratic, ContactResponse, Friction,
-    FrictionAnchored, FrictionLagged, SurfaceSample,
+    SurfaceSample,
 };
+use pass::{Anchor, Candidate, Pass, Task};
 
 /// How far detection looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,39 +60,14 @@ pub struct BodyContact {
     envelope: Envelope,
     time_end: f64,
     candidates: Vec<Candidate>,
+    /// Candidates of each task.
+    ranges: Vec<Range<usize>>,
     memory: Vec<Anchor>,
     spare: Vec<Anchor>,
     tasks: Vec<Task>,
     active: usize,
     deep: usize,
     deepest: f64,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Candidate {
-    body: u32,
-    point: u32,
-}
-
-/// A friction anchor in the body's frame.
-#[derive(Clone, Copy, Debug)]
-struct Anchor {
-    of: Candidate,
-    place: Vec3,
-}
-
-/// Scratch and results of one chunk.
-#[derive(Clone, Debug, Default)]
-struct Task {
-    positions: Vec<Vec3>,
-    samples: Vec<SurfaceSample>,
-    response: ContactResponse,
-    candidates: Vec<Candidate>,
-    memory: Vec<Anchor>,
-    energy: f64,
-    deepest: f64,
-    deep: usize,
-    bad: Option<Candidate>,
 }
 
 impl BodyContact {
@@ -109,6 +86,7 @@ impl BodyContact {
             envelope: Envelope::default(),
             time_end: 0.0,
             candidates: Vec::new(),
+            ranges: Vec::new(),
             memory: Vec::new(),
             spare: Vec::new(),
             tasks: Vec::new(),
@@ -218,43 +196,18 @@ impl BodyContact {
         self.deep
     }
 
-    fn area(&self, p: u32) -> f64 {
-        self.areas.get(p as usize).copied().unwrap_or(1e-4)
-    }
-
-    /// Tasks of `CHUNK` candidates of one body each: first candidate and count.
-    fn ranges(&self) -> Vec<Range<usize>> {
-        let mut out = Vec::with_capacity(self.candidates.len() / CHUNK + self.bodies.len());
+    /// Splits the candidates into tasks of one body each.
+    fn split(&mut self) {
+        self.ranges.clear();
         let mut from = 0;
         for run in self.candidates.chunk_by(|a, b| a.body == b.body) {
             let end = from + run.len();
             while from < end {
                 let to = (from + CHUNK).min(end);
-                out.push(from..to);
+                self.ranges.push(from..to);
                 from = to;
             }
         }
-        out
-    }
-
-    /// Samples a chunk at `q`; remembers the first bad one.
-    fn sample(&self, range: Range<usize>, q: &[f64], task: &mut Task) {
-        let all = &self.candidates[range];
-        task.bad = None;
-        task.positions.clear();
-        task.positions.extend(all.iter().map(|c| point(q, c.point)));
-        let Some(first) = all.first() else {
-            return task.samples.clear();
-        };
-        let body = &self.bodies[first.body as usize];
-        body.sample_many(&task.positions, self.time_end, &mut task.samples);
-        // A body of the user's own may return too few.
-        let finite = |s: &SurfaceSample| {
-            s.distance.is_finite() && s.normal.iter().chain(&s.velocity).all(|c| c.is_finite())
-        };
-        task.bad = (0..all.len())
-            .find(|i| !task.samples.get(*i).is_some_and(finite))
-            .map(|i| all[i]);
     }
 
     fn bad_sample(&self, c: Candidate) -> CollisionError {
@@ -263,197 +216,6 @@ impl BodyContact {
             body,
             point: c.point,
         }
-    }
-}
-
-/// A touching point.
-struct Touch {
-    force: Vec3,
-    curvature: f64,
-    energy: f64,
-    /// Unit normal of the surface and size of the normal force.
-    normal: Vec3,
-    normal_force: f64,
-    slope: Vec3,
-}
-
-struct Pass<'a> {
-    source: &'a BodyContact,
-    at: &'a EvalPoint<'a>,
-    curvature: bool,
-}
-
-impl Pass<'_> {
-    fn touch(&self, c: Candidate, s: &SurfaceSample) -> Option<Touch> {
-        let potential = &self.source.potential;
-        if !(s.distance < potential.thickness()) {
-            return None;
-        }
-        // A field without a slope gives no direction: no force.
-        let normal = unit(s.normal)?;
-        let r = potential.evaluate(s.distance, self.source.area(c.point));
-        let force = scale(r.force, s.normal);
-        Some(Touch {
-            force,
-            curvature: r.curvature,
-            energy: r.energy,
-            normal,
-            normal_force: norm(force),
-            slope: s.normal,
-        })
-    }
-
-    fn coefficient(&self, c: Candidate, of_cloth: f64) -> f64 {
-        self.source.bodies[c.body as usize]
-            .friction()
-            .unwrap_or(of_cloth)
-    }
-
-    /// Way of a point in this step relative to the surface, tangential.
-    fn slid(&self, c: Candidate, s: &SurfaceSample, normal: Vec3) -> Vec3 {
-        let moved = sub(point(self.at.q, c.point), point(self.at.q_start, c.point));
-        tangential(axpy(moved, -self.at.dt, s.velocity), normal)
-    }
-
-    fn anchored(
-        &self,
-        f: &FrictionAnchored,
-        c: Candidate,
-        s: &SurfaceSample,
-        touch: &Touch,
-        anchor: Option<&Anchor>,
-    ) -> (FrictionAnchored, AnchorState) {
-        let source = self.source;
-        let slid = self.slid(c, s, touch.normal);
-        let displacement = match anchor {
-            None => slid,
-            Some(a) => {
-                let place = source.bodies[c.body as usize].from_body(a.place, source.time_end);
-                tangential(sub(point(self.at.q, c.point), place), touch.normal)
-            }
-        };
-        let stiffness = f.stiffness_ratio * source.potential.stiffness(source.area(c.point));
-        let inverse_mass = source.inverse_masses[c.point as usize];
-        let state = AnchorState {
-            displacement,
-            velocity: scale(1.0 / self.at.dt, slid),
-            normal: touch.normal,
-            normal_force: touch.normal_force,
-            stiffness,
-            damping: anchor_damping(f.damping_ratio, stiffness, inverse_mass),
-        };
-        (
-            FrictionAnchored {
-                coefficient: self.coefficient(c, f.coefficient),
-                ..*f
-            },
-            state,
-        )
-    }
-
-    /// Walks over a sampled chunk with the anchors of its candidates.
-    fn each(
-        &self,
-        range: Range<usize>,
-        samples: &[SurfaceSample],
-        mut visit: impl FnMut(Candidate, &SurfaceSample, Option<&Anchor>),
-    ) {
-        let all = &self.source.candidates[range];
-        let memory = &self.source.memory;
-        let Some(first) = all.first() else { return };
-        let mut m = memory.partition_point(|a| a.of < *first);
-        for (c, s) in all.iter().zip(samples) {
-            while m < memory.len() && memory[m].of < *c {
-                m += 1;
-            }
-            visit(*c, s, memory.get(m).filter(|a| a.of == *c));
-        }
-    }
-
-    fn evaluate(&self, range: Range<usize>, task: &mut Task) {
-        self.source.sample(range.clone(), self.at.q, task);
-        let Task {
-            samples, response, ..
-        } = task;
-        response.clear();
-        let (mut energy, mut deepest, mut deep) = (0.0, 0.0_f64, 0);
-        let thickness = self.source.potential.thickness();
-        self.each(range, samples, |c, s, anchor| {
-            let Some(touch) = self.touch(c, s) else {
-                return;
-            };
-            let mut force = touch.force;
-            let mut k = [[0.0; 3]; 3];
-            add_outer(&mut k, touch.curvature, touch.slope);
-            energy += touch.energy;
-            match &self.source.friction {
-                Some(Friction::Anchored(f)) => {
-                    let (f, state) = self.anchored(f, c, s, &touch, anchor);
-                    let answer = f.respond(&state, self.at.dt);
-                    force = axpy(force, 1.0, answer.force);
-                    answer.add_curvature(&state, self.at.dt, &mut k);
-                    energy += answer.energy;
-                }
-                Some(Friction::Lagged(f)) => {
-                    // The place of the anchor holds the force at the start.
-                    if let Some(a) = anchor {
-                        let lambda = norm(a.place);
-                        let n = unit(a.place).unwrap_or(touch.normal);
-                        let f = FrictionLagged {
-                            coefficient: self.coefficient(c, f.coefficient),
-                            ..*f
-                        };
-                        let answer = f.respond(self.slid(c, s, n), n, lambda, self.at.dt);
-                        force = axpy(force, 1.0, answer.force);
-                        for i in 0..3 {
-                            k[i] = crate::vec3::add(k[i], answer.curvature[i]);
-                        }
-                        energy += answer.energy;
-                    }
-                }
-                None => {}
-            }
-            response.body_nodes.push(c.point);
-            response.body_force.push(force);
-            if self.curvature {
-                response.body_curvature.push(k);
-            }
-            deepest = deepest.max(thickness - s.distance);
-            deep += usize::from(s.distance < -3.0 * thickness);
-        });
-        (task.energy, task.deepest, task.deep) = (energy, deepest, deep);
-    }
-
-    fn remember(&self, range: Range<usize>, task: &mut Task) {
-        self.source.sample(range.clone(), self.at.q, task);
-        let Task {
-            samples, memory, ..
-        } = task;
-        memory.clear();
-        let Some(friction) = &self.source.friction else {
-            return;
-        };
-        self.each(range, samples, |c, s, anchor| {
-            let Some(touch) = self.touch(c, s) else {
-                return;
-            };
-            let place = match friction {
-                Friction::Lagged(_) => touch.force,
-                Friction::Anchored(f) => {
-                    let (f, state) = self.anchored(f, c, s, &touch, anchor);
-                    let answer = f.respond(&state, self.at.dt);
-                    match anchor {
-                        Some(a) if !answer.slipping => a.place,
-                        _ => {
-                            let place = sub(point(self.at.q, c.point), answer.displacement);
-                            let body = &self.source.bodies[c.body as usize];
-                            body.to_body(place, self.source.time_end)
-                        }
-                    }
-                }
-            };
-            memory.push(Anchor { of: c, place });
-        });
     }
 }
 
@@ -517,6 +279,7 @@ impl ContactSource for BodyContact {
         }
         self.candidates = candidates;
         self.tasks = tasks;
+        self.split();
         Ok(())
     }
 
@@ -537,7 +300,7 @@ impl ContactSource for BodyContact {
         let mut tasks = std::mem::take(&mut self.tasks);
         let before = out.body_nodes.len();
         let (mut energy, mut deepest, mut deep, mut bad) = (0.0, 0.0_f64, 0, None);
-        let ranges = self.ranges();
+        let ranges = &self.ranges;
         let pass = Pass {
             source: self,
             at,
@@ -575,7 +338,7 @@ impl ContactSource for BodyContact {
         let mut tasks = std::mem::take(&mut self.tasks);
         let mut memory = std::mem::take(&mut self.spare);
         memory.clear();
-        let ranges = self.ranges();
+        let ranges = &self.ranges;
         let pass = Pass {
             source: self,
             at,
@@ -660,6 +423,7 @@ impl ContactSource for BodyContact {
         4 * self.points.capacity()
             + 8 * (self.inverse_masses.capacity() + self.areas.capacity())
             + 8 * self.candidates.capacity()
+            + 16 * self.ranges.capacity()
             + size_of::<Anchor>() * (self.memory.capacity() + self.spare.capacity())
             + self.envelope.heap_bytes()
             + tasks
