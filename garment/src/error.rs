@@ -166,6 +166,9 @@ pub enum GarmentError {
         /// Area of the outline [m²].
         expected: f64,
     },
+    /// The shell model refuses the mesh.
+    #[error("the shell model refuses the garment's mesh")]
+    Shell(#[from] selvedge_shell_model::ModelError),
 }
 
 fn did_you_mean(nearest: &Option<String>) -> String {

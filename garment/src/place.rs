@@ -90,14 +90,7 @@ pub(crate) struct BodyGuard<'a> {
     /// Moves up to this are followed along the tangent plane [m].
     linear: f64,
     asked: Vec<([f64; 3], f64, [f64; 3])>,
-    /// Points for which the body may shrink, and by how much it does [m].
-    shrinks: Vec<bool>,
-    shrink: f64,
 }
-
-/// Largest shrinkage of a body that is hidden [m]: feet and hands vanish,
-/// legs get thin.
-const HIDDEN: f64 = 0.045;
 
 impl<'a> BodyGuard<'a> {
     pub(crate) fn new(
@@ -118,30 +111,14 @@ impl<'a> BodyGuard<'a> {
             clearance,
             linear: 0.4 * clearance,
             asked,
-            shrinks: Vec::new(),
-            shrink: 0.0,
         }
-    }
-
-    /// Says for which points the body may shrink.
-    pub(crate) fn hideable(&mut self, shrinks: impl Fn(usize) -> bool) {
-        self.shrinks = (0..self.asked.len()).map(shrinks).collect();
-    }
-
-    /// Shrinks the body for the points that allow it: 0 not at all, 1 fully.
-    pub(crate) fn hide(&mut self, amount: f64) {
-        self.shrink = HIDDEN * amount.clamp(0.0, 1.0);
     }
 
     /// Moves point `i` out to the clearance when it is closer.
     pub(crate) fn keep_out(&mut self, i: usize, p: &mut [f64; 3]) {
-        let clearance = match self.shrinks.get(i) {
-            Some(true) => self.clearance - self.shrink,
-            _ => self.clearance,
-        };
         let entry = &mut self.asked[i];
         let moved = dist(*p, entry.0);
-        if entry.1 - moved >= clearance {
+        if entry.1 - moved >= self.clearance {
             return;
         }
         let d = if moved <= self.linear {
@@ -151,8 +128,8 @@ impl<'a> BodyGuard<'a> {
             *entry = (*p, d, g);
             d
         };
-        if d < clearance
-            && let Some(out) = outwards(d, entry.2, clearance)
+        if d < self.clearance
+            && let Some(out) = outwards(d, entry.2, self.clearance)
         {
             *p = add(*p, out);
         }

@@ -111,44 +111,30 @@ pub fn preassemble(
     let levels: Vec<&GarmentMesh> = coarse.iter().chain([garment]).collect();
     let mut report = AssembleReport::default();
     let mut x = levels[0].points_initial.clone();
+    let mut fell = false;
     for (i, mesh) in levels.iter().enumerate() {
         if i > 0 {
             x = prolong::prolong(levels[i - 1], &x, mesh);
         }
         let sheet = Sheet::new(mesh);
-        let mut repel = Repel::new(mesh);
         let budget = (settings.iterations >> i).max(50);
         let mut iterations = 0;
         if i == 0 {
-            let hang = Hang::new(mesh, &settings.hanging);
-            if hang.any() {
-                let hold = Hold::new(mesh, &settings.held);
-                let trunk = leg_room(mesh).and_then(|(low, high)| Trunk::new(body, low, high));
-                let field = |point: usize, p: [f64; 3]| {
-                    if hang.falls(point) && trunk.as_ref().is_some_and(|t| t.in_limb(p)) {
-                        (CELL_AWAY, [0.0, 0.0, 0.0])
-                    } else {
-                        body(p)
-                    }
-                };
-                let mut guard = BodyGuard::new(&x, &field, settings.clearance);
-                guard.hideable(|i| hang.falls(i));
-                let falling = relax::relax(
-                    &sheet,
-                    &mut x,
-                    &mut guard,
-                    settings,
-                    Some((&hang, &hold)),
-                    &mut repel,
-                    budget,
-                );
-                iterations = falling.iterations;
-            }
+            iterations = fall(mesh, &sheet, &mut x, body, settings, budget);
+            fell = iterations > 0;
         }
+        // Only what fell lies in folds that could pass through each other.
+        let mut repel = fell.then(|| Repel::new(mesh));
         let field = |_: usize, p: [f64; 3]| body(p);
         let mut guard = BodyGuard::new(&x, &field, settings.clearance);
         let mut done = relax::relax(
-            &sheet, &mut x, &mut guard, settings, None, &mut repel, budget,
+            &sheet,
+            &mut x,
+            &mut guard,
+            settings,
+            None,
+            repel.as_mut(),
+            budget,
         );
         done.iterations += iterations;
         report.levels.push(LevelReport {
@@ -160,6 +146,58 @@ pub fn preassemble(
     }
     measure(garment, &x, body, &mut report);
     Ok((x, report))
+}
+
+/// Lets hanging panels fall when a limb is in their way: without the limb,
+/// the heights of held edges kept. Returns the iterations spent.
+fn fall(
+    mesh: &GarmentMesh,
+    sheet: &Sheet,
+    x: &mut [[f64; 3]],
+    body: BodyField<'_>,
+    settings: &AssembleSettings,
+    iterations: usize,
+) -> usize {
+    let hang = Hang::new(mesh, &settings.hanging);
+    if !hang.any() {
+        return 0;
+    }
+    let Some(trunk) = leg_room(mesh).and_then(|(low, high)| Trunk::new(body, low, high)) else {
+        return 0;
+    };
+    if !hang.must_fall(x, &trunk) {
+        return 0;
+    }
+    let field = |point: usize, p: [f64; 3]| {
+        if hang.falls(point) && trunk.in_limb(p) {
+            (CELL_AWAY, [0.0; 3])
+        } else {
+            body(p)
+        }
+    };
+    let mut guard = BodyGuard::new(x, &field, settings.clearance);
+    let mut repel = Repel::new(mesh);
+    // First find the height at which the garment fits, then hold it there.
+    let fitting = relax::relax(
+        sheet,
+        x,
+        &mut guard,
+        settings,
+        None,
+        Some(&mut repel),
+        iterations / 3,
+    );
+    let hold = Hold::new(mesh, &settings.held, x);
+    let falling = relax::relax(
+        sheet,
+        x,
+        &mut guard,
+        settings,
+        Some((&hang, &hold)),
+        Some(&mut repel),
+        iterations,
+    );
+    fitting.iterations + falling.iterations
 }
 
 /// Distance reported near a limb that is to be ignored: within this nothing

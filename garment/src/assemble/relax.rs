@@ -3,6 +3,7 @@
 use super::AssembleSettings;
 use super::repel::Repel;
 use super::sheet::{Link, Sheet};
+use super::trunk::Trunk;
 use crate::GarmentMesh;
 use crate::math::{dist, norm, scale, sub};
 use crate::place::BodyGuard;
@@ -26,8 +27,6 @@ const STRIDE: usize = 10;
 /// Fall per iteration of hanging points, in edge lengths; with the momentum
 /// they reach ten times this.
 const FALL: f64 = 0.006;
-/// Share of a held point's height error corrected per iteration.
-const HELD: f64 = 0.5;
 
 /// Points that fall.
 pub(super) struct Hang {
@@ -57,6 +56,12 @@ impl Hang {
         self.falls.contains(&true)
     }
 
+    /// Whether a limb is in the way: in front of or behind a placed point.
+    pub(super) fn must_fall(&self, points: &[[f64; 3]], trunk: &Trunk) -> bool {
+        let mut falling = self.falls.iter().zip(points);
+        falling.any(|(&falls, p)| falls && trunk.limb_behind(p[0], p[1]))
+    }
+
     pub(super) fn falls(&self, point: usize) -> bool {
         self.falls[point]
     }
@@ -68,8 +73,8 @@ pub(super) struct Hold {
 }
 
 impl Hold {
-    /// Points of edges with these labels, at their placed height.
-    pub(super) fn new(mesh: &GarmentMesh, labels: &[String]) -> Self {
+    /// Points of edges with these labels, at their present height.
+    pub(super) fn new(mesh: &GarmentMesh, labels: &[String], x: &[[f64; 3]]) -> Self {
         let mut points: Vec<u32> = labels
             .iter()
             .filter_map(|l| mesh.labels.get(l))
@@ -79,16 +84,13 @@ impl Hold {
         points.sort_unstable();
         points.dedup();
         Self {
-            heights: points
-                .into_iter()
-                .map(|p| (p, mesh.points_initial[p as usize][1]))
-                .collect(),
+            heights: points.into_iter().map(|p| (p, x[p as usize][1])).collect(),
         }
     }
 }
 
 /// Iterations between repulsions of layers.
-const REPEL_STRIDE: usize = 2;
+const REPEL_STRIDE: usize = 3;
 
 /// How a level ended.
 pub(super) struct Relaxed {
@@ -103,12 +105,12 @@ pub(super) fn relax(
     guard: &mut BodyGuard<'_>,
     settings: &AssembleSettings,
     hang: Option<(&Hang, &Hold)>,
-    repel: &mut Repel,
+    mut repel: Option<&mut Repel>,
     iterations: usize,
 ) -> Relaxed {
     let limit = MAX_MOVE * sheet.edge_length;
     let mut previous = x.to_vec();
-    let mut best = f64::MAX;
+    let mut best = (f64::MAX, f64::MAX);
     let mut stale = 0;
     for iteration in 0..iterations {
         for i in 0..x.len() {
@@ -124,11 +126,6 @@ pub(super) fn relax(
                     x[i][1] -= FALL * sheet.edge_length;
                 }
             }
-            for &(i, height) in &hold.heights {
-                let y = &mut x[i as usize][1];
-                *y += HELD * (height - *y);
-            }
-            guard.hide(1.5 - 2.0 * iteration as f64 / iterations as f64);
         }
         let forward = iteration % 2 == 0;
         sweep(&sheet.edges, x, forward, |l, rest| {
@@ -139,8 +136,15 @@ pub(super) fn relax(
             (l - FOLD_LIMIT * rest).min(0.0) * FOLDED
         });
         sweep(&sheet.ties, x, forward, |l, _| 0.5 * l);
-        if iteration % REPEL_STRIDE == 0 {
+        if let Some(repel) = repel.as_deref_mut()
+            && iteration % REPEL_STRIDE == 0
+        {
             repel.apply(x);
+        }
+        if let Some((_, hold)) = hang {
+            for &(i, height) in &hold.heights {
+                x[i as usize][1] = height;
+            }
         }
         for i in 0..x.len() {
             let step = sub(x[i], previous[i]);
@@ -161,9 +165,8 @@ pub(super) fn relax(
                     converged: true,
                 };
             }
-            // The mean square falls smoothly; give up when it no longer does.
-            if strain.1 < best * (1.0 - settings.stagnation) {
-                best = strain.1;
+            let progress = 1.0 - settings.stagnation;
+            if strain.0 < best.0 * progress || strain.1 < best.1 * progress {
                 stale = 0;
             } else {
                 stale += 1;
@@ -174,6 +177,7 @@ pub(super) fn relax(
                     };
                 }
             }
+            best = (best.0.min(strain.0), best.1.min(strain.1));
         }
     }
     Relaxed {

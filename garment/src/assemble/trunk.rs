@@ -122,6 +122,11 @@ impl Trunk {
         })
     }
 
+    /// Whether a hanging limb lies at this `x` and `y`, at any `z`.
+    pub(super) fn limb_behind(&self, x: f64, y: f64) -> bool {
+        (0..self.size[2]).any(|z| self.in_limb([x, y, self.low[2] + z as f64 * CELL]))
+    }
+
     /// Whether a point is in or close to a hanging limb.
     pub(super) fn in_limb(&self, p: [f64; 3]) -> bool {
         let mut c = [0usize; 3];
