@@ -251,12 +251,12 @@ impl SparseField {
     /// Distance [m] and its gradient at a point.
     #[inline]
     pub fn sample(&self, p: [f64; 3]) -> (f64, [f64; 3]) {
-        let wide = self.wide();
+        let (wide, per_wide) = (self.wide(), 1.0 / self.wide());
         let mut cell = [0; 3];
         let mut f = [0.0; 3];
         let mut beyond = [0.0; 3];
         for a in 0..3 {
-            let x = (p[a] - self.origin[a]) / wide;
+            let x = (p[a] - self.origin[a]) * per_wide;
             let inside = x.clamp(0.0, self.cells[a] as f64);
             beyond[a] = (x - inside) * wide;
             cell[a] = (inside as usize).min(self.cells[a] - 1); // NaN: cell 0, f NaN

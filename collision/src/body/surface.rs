@@ -16,7 +16,7 @@ pub type SurfaceMesh = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 ///
 /// Surface nets [Gibson1998]: one point in every grid cell that the surface
 /// passes, the mean of its crossings with the cell's edges, brought onto the
-/// surface by two Newton steps along `∇φ`; one quadrilateral around every
+/// surface by Newton steps along `∇φ`; one quadrilateral around every
 /// crossed grid edge, split along its shorter diagonal. Features thinner than
 /// a cell are lost; where two sheets share a cell they are pinched together.
 /// Made for display and reports.
@@ -160,8 +160,11 @@ impl Grid<'_> {
 
     fn onto_surface(&self, start: [f64; 3]) -> [f64; 3] {
         let mut p = start;
-        for _ in 0..2 {
+        for _ in 0..4 {
             let s = self.body.sample(p, self.time);
+            if s.distance.abs() < 1e-6 * self.cell {
+                break;
+            }
             let g2 = dot(s.normal, s.normal);
             // A weak gradient says little about where the surface is.
             if !(g2 > 0.01) {
