@@ -61,8 +61,10 @@ impl RunHeader {
     /// [`RecordError::InvalidHeader`].
     pub fn validate(&self) -> Result<(), RecordError> {
         let fail = |reason: String| Err(RecordError::InvalidHeader { reason });
-        if u32::try_from(self.points).is_err() {
-            return fail(format!("{} points", self.points));
+        for (what, count) in [("points", self.points), ("scalars", self.scalars)] {
+            if u32::try_from(count).is_err() {
+                return fail(format!("{count} {what}"));
+            }
         }
         let count = self.triangles.len();
         for (t, triangle) in self.triangles.iter().enumerate() {
@@ -191,8 +193,8 @@ impl RunHeader {
         for field in Fields(bytes) {
             let (field, value) = field?;
             match field {
-                1 => self.points = usize::try_from(value.uint()?).map_err(|_| Malformed)?,
-                2 => self.scalars = usize::try_from(value.uint()?).map_err(|_| Malformed)?,
+                1 => self.points = count(value.uint()?)?,
+                2 => self.scalars = count(value.uint()?)?,
                 3 => value.fixed32s(&mut triangles)?,
                 4 => value.fixed32s(&mut panels)?,
                 5 => value.fixed32s(&mut fabrics)?,
@@ -235,6 +237,13 @@ fn decode_body(bytes: &[u8]) -> Result<BodySurface, Malformed> {
     body.points = points.to_vec();
     body.triangles = triples(&triangles)?;
     Ok(body)
+}
+
+/// Sizes that cannot overflow when multiplied by a few bytes.
+fn count(value: u64) -> Result<usize, Malformed> {
+    u32::try_from(value)
+        .map(|n| n as usize)
+        .map_err(|_| Malformed)
 }
 
 fn triples(values: &[u32]) -> Result<Vec<[u32; 3]>, Malformed> {

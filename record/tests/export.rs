@@ -186,7 +186,11 @@ fn usda() {
     let samples = text.split("points.timeSamples = {").nth(1).unwrap();
     assert_eq!(samples.lines().filter(|l| l.contains(": [(")).count(), 9);
     let (q, _) = state(recording.header(), 3);
-    let first = format!("1.2: [({}, {}, {})", q[0] as f32, q[1] as f32, q[2] as f32);
+    let code = 3.0 * DT * 24.0;
+    let first = format!(
+        "{code}: [({}, {}, {})",
+        q[0] as f32, q[1] as f32, q[2] as f32
+    );
     assert!(samples.contains(&first), "{first}");
     assert_eq!(text.matches('{').count(), text.matches('}').count());
 }

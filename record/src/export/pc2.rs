@@ -60,7 +60,7 @@ fn interval(times: &[f64]) -> Result<f64, RecordError> {
     let interval = (last - first) / (times.len() - 1) as f64;
     for (i, time) in times.iter().enumerate() {
         let off = time - (first + interval * i as f64);
-        if !(off.abs() <= 0.01 * interval) {
+        if off.abs() > 0.01 * interval {
             let reason =
                 format!("PC2 needs evenly spaced frames: frame at {time} s is off by {off} s");
             return Err(RecordError::Export { reason });
