@@ -100,7 +100,7 @@ impl SparseField {
         let region = surface.inflate(settings.band + 2.0 * wide);
         let extents = region.extents();
         let count = extents.iter().map(|e| (e / wide).ceil()).product::<f64>();
-        if !(count <= LARGEST) {
+        if count.is_nan() || count > LARGEST {
             return Err(CollisionError::Parameter {
                 name: "voxel",
                 value: h,

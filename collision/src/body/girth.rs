@@ -24,7 +24,7 @@ pub struct Girth {
 /// not leave the body within 2 m.
 pub fn girth(body: &dyn Body, time: f64, center: [f64; 3], axis: [f64; 3]) -> Option<Girth> {
     let length = norm(axis);
-    if !(length > 0.0) || !is_finite(axis) {
+    if length == 0.0 || !is_finite(axis) {
         return None;
     }
     let axis = scale(axis, 1.0 / length);
@@ -47,7 +47,7 @@ pub fn girth(body: &dyn Body, time: f64, center: [f64; 3], axis: [f64; 3]) -> Op
 fn leave(body: &dyn Body, time: f64, from: [f64; 3], direction: [f64; 3]) -> Option<f64> {
     let at = |r: f64| body.sample(add_scaled(from, direction, r), time).distance;
     let (mut inside, mut depth) = (0.0, at(0.0));
-    if !(depth < 0.0) {
+    if depth >= 0.0 || depth.is_nan() {
         return None;
     }
     // The depth is a safe step; half a millimetre bounds the number of steps.
@@ -57,7 +57,7 @@ fn leave(body: &dyn Body, time: f64, from: [f64; 3], direction: [f64; 3]) -> Opt
         if depth >= 0.0 {
             break r;
         }
-        if !(r < FURTHEST) || depth.is_nan() {
+        if r >= FURTHEST || depth.is_nan() {
             return None;
         }
         inside = r;

@@ -82,6 +82,7 @@ pub trait Body: Send + Sync {
         p
     }
     /// A point of the body's own frame in the world.
+    #[allow(clippy::wrong_self_convention)] // the inverse of `to_body`
     fn from_body(&self, p: [f64; 3], _time: f64) -> [f64; 3] {
         p
     }

@@ -167,7 +167,7 @@ impl Grid<'_> {
             }
             let g2 = dot(s.normal, s.normal);
             // A weak gradient says little about where the surface is.
-            if !(g2 > 0.01) {
+            if g2 <= 0.01 || g2.is_nan() {
                 break;
             }
             p = add_scaled(p, s.normal, -s.distance / g2);

@@ -65,7 +65,8 @@ pub(crate) fn repair(
         .chunk_by(|a, b| a.ends == b.ends)
         .all(|g| g.len() == 2 && g[0].forward != g[1].forward);
     // A sphere has V = 0.094 A^1.5; a sheet closed onto itself has none.
-    if !(report.volume > 1e-6 * report.area.powf(1.5)) {
+    let solid = report.volume > 1e-6 * report.area.powf(1.5);
+    if !solid {
         return Err(CollisionError::Body {
             body: body.to_owned(),
             reason: format!(

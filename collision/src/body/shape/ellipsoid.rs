@@ -77,8 +77,8 @@ impl Ellipsoid {
             let w = w2.sqrt();
             let step = (w - 1.0) * w2 / slope;
             s += step;
-            // Also ends when `step` is NaN or rounding turns it negative.
-            if !(step > 1e-15 * s) {
+            // Also ends when rounding turns the step negative.
+            if step <= 1e-15 * s || step.is_nan() {
                 break;
             }
         }
