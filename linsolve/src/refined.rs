@@ -97,8 +97,8 @@ impl Refined {
             return Ok(self.report(0, size, now, SolveStatus::Diverged));
         };
         self.inner.settings.tolerance = self.inner_tolerance;
-        // the bound is written so that NaN leaves the loop with a flag
-        while !(now <= self.tolerance * size) {
+        // NaN passes the first test and is caught by the inner solver
+        while now.is_nan() || now > self.tolerance * size {
             if self.passes == self.max_passes {
                 status = SolveStatus::IterationLimit;
                 break;
@@ -120,8 +120,8 @@ impl Refined {
             }
             vector::axpy(1.0, &self.d, x);
             let next = residual(x, &mut self.r);
-            if !(next < 0.5 * now) {
-                if !(next < now) {
+            if next.is_nan() || next >= 0.5 * now {
+                if next.is_nan() || next >= now {
                     vector::axpy(-1.0, &self.d, x);
                 } else {
                     now = next;

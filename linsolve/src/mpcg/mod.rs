@@ -144,7 +144,7 @@ impl<T: Real> Mpcg<T> {
         }
         check_finite("right-hand side", b)?;
         check_finite("starting vector", x)?;
-        if !(self.settings.tolerance >= 0.0) {
+        if self.settings.tolerance.is_nan() || self.settings.tolerance < 0.0 {
             return Err(LinsolveError::BadSetting {
                 name: "tolerance",
                 value: self.settings.tolerance,

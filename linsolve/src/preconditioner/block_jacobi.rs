@@ -34,11 +34,8 @@ impl<T: Real> BlockJacobi<T> {
             rp.as_chunks().0,
             zp.as_chunks_mut().0,
         );
-        crate::vector::tree(data, 1024, 8192, &|(d, r, z): (
-            &[[T; 6]],
-            &[[T; 3]],
-            &mut [[T; 3]],
-        )| {
+        type Piece<'a, T> = (&'a [[T; 6]], &'a [[T; 3]], &'a mut [[T; 3]]);
+        crate::vector::tree(data, 1024, 8192, &|(d, r, z): Piece<'_, T>| {
             for (z, (d, r)) in z.iter_mut().zip(d.iter().zip(r)) {
                 *z = block_times(d, r);
             }
