@@ -82,7 +82,7 @@ fn stitches() {
     p.stitches[4].right_wrong = true;
     let findings = examine(&p);
     assert_eq!(find(&findings, "edge 99").severity, Severity::Error);
-    find(&findings, "ratio 4.37");
+    find(&findings, "ratio 4.3");
     let f = find(&findings, "runs the other way");
     assert!(f.message.starts_with("stitch 4 ") && f.help.contains("remove \"right_wrong\""));
     let mesh = GarmentMesh::build(&p, &MeshSettings::default());

@@ -120,7 +120,7 @@ pub(super) fn relax(
             }
             previous[i] = start;
         }
-        if let Some((hang, hold)) = hang {
+        if let Some((hang, _)) = hang {
             for i in 0..x.len() {
                 if hang.falls[i] {
                     x[i][1] -= FALL * sheet.edge_length;

@@ -222,10 +222,18 @@ fn close(total: usize, pairs: &mut [Pair], triangles: &[[u32; 3]]) -> UnionFind 
             }
         }
         if bad.is_empty() {
+            bad = folds(triangles, &mut sets);
+        }
+        if bad.is_empty() {
             return sets;
         }
-        let mut opened = false;
+        // Opening one pair often cures its neighbours: those wait for the
+        // next round.
+        let mut opened: Vec<u32> = Vec::new();
         for corners in &bad {
+            if corners.iter().any(|c| opened.contains(c)) {
+                continue;
+            }
             // Pairs within the triangle(s), if possible not at a seam's end
             // where other seams meet; otherwise any pair that touches them.
             let inside = |p: &Pair| corners.contains(&p.a) && corners.contains(&p.b);
@@ -237,18 +245,49 @@ fn close(total: usize, pairs: &mut [Pair], triangles: &[[u32; 3]]) -> UnionFind 
                     if rule(p) {
                         p.open = true;
                         any = true;
+                        opened.extend([p.a, p.b]);
                     }
                 }
                 if any {
-                    opened = true;
                     break;
                 }
             }
         }
-        if !opened {
+        if opened.is_empty() {
             return sets;
         }
     }
+}
+
+/// End pairs of edges from one point that merging would lay onto each other
+/// while both keep their triangles: a pinch near the tip of a cone.
+fn folds(triangles: &[[u32; 3]], sets: &mut UnionFind) -> Vec<Vec<u32>> {
+    // (merged ends, own ends), the point that may be shared first or second.
+    let mut edges: Vec<([u32; 2], [u32; 2])> = Vec::with_capacity(3 * triangles.len());
+    for t in triangles {
+        for k in 0..3 {
+            let (a, b) = (t[k], t[(k + 1) % 3]);
+            let (ma, mb) = (sets.find(a), sets.find(b));
+            edges.push(if ma < mb {
+                ([ma, mb], [a, b])
+            } else {
+                ([mb, ma], [b, a])
+            });
+        }
+    }
+    edges.sort_unstable();
+    let mut bad = Vec::new();
+    for group in edges.chunk_by(|x, y| x.0 == y.0).filter(|g| g.len() > 2) {
+        for w in group.windows(2) {
+            let ([a, b], [c, d]) = (w[0].1, w[1].1);
+            if a == c && b != d {
+                bad.push(vec![b, d]);
+            } else if b == d && a != c {
+                bad.push(vec![a, c]);
+            }
+        }
+    }
+    bad
 }
 
 fn seam_lines(

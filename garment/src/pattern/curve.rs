@@ -227,7 +227,7 @@ mod tests {
             // Centre from three points of the arc, radius checked at others.
             let height = (0.3f64 * 0.3 - 0.25 * 0.25).sqrt();
             let left = if right == large { -1.0 } else { 1.0 };
-            let centre = control_point(a, b, [0.5, -left * height / 0.5]);
+            let centre = control_point(a, b, [0.5, left * height / 0.5]);
             for i in 0..=10 {
                 let p = curve.point(a, b, f64::from(i) / 10.0);
                 assert!((dist2(p, centre) - 0.3).abs() < 1e-12);
