@@ -65,7 +65,7 @@ fn tshirt_closes() {
     let pattern = Pattern::from_json(&common::tshirt()).unwrap();
     let mesh = GarmentMesh::build(&pattern, &MeshSettings::default()).unwrap();
     let settings = AssembleSettings::default();
-    let (x, report) = preassemble(&mesh, &common::person, &settings).unwrap();
+    let (x, report) = preassemble(&mesh, &common::person, &settings);
     assert!(report.stretch_max < 0.2, "{report:?}");
     assert!(report.compression_max < 0.2, "{report:?}");
     assert!(report.strain_percentiles[1] < 0.02, "{report:?}");
@@ -81,7 +81,7 @@ fn tshirt_closes() {
         }
     }
     assert!(common::person(mean).0 < 0.0, "cuff around {mean:?}");
-    let (again, _) = preassemble(&mesh, &common::person, &settings).unwrap();
+    let (again, _) = preassemble(&mesh, &common::person, &settings);
     assert_eq!(x, again);
 }
 
@@ -95,7 +95,7 @@ fn nothing_to_do() {
     let pattern = Pattern::from_json(square.as_bytes()).unwrap();
     let mesh = GarmentMesh::build(&pattern, &MeshSettings::default()).unwrap();
     let nowhere = |_: [f64; 3]| (1e3, [0.0, 1.0, 0.0]);
-    let (x, report) = preassemble(&mesh, &nowhere, &AssembleSettings::default()).unwrap();
+    let (x, report) = preassemble(&mesh, &nowhere, &AssembleSettings::default());
     assert!(report.stretch_max < 1e-9, "{report:?}");
     for (a, b) in x.iter().zip(&mesh.points_initial) {
         assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-9));
@@ -112,6 +112,6 @@ fn broken_field() {
     };
     let mesh = GarmentMesh::build(&pattern, &settings).unwrap();
     let broken = |_: [f64; 3]| (f64::NAN, [f64::NAN; 3]);
-    let (x, _) = preassemble(&mesh, &broken, &AssembleSettings::default()).unwrap();
+    let (x, _) = preassemble(&mesh, &broken, &AssembleSettings::default());
     assert!(x.iter().flatten().all(|c| c.is_finite()));
 }

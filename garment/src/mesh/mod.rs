@@ -6,6 +6,7 @@
 //! coordinates of its own panel, so a gathered seam needs no special care.
 
 mod boundary;
+mod close;
 mod fill;
 mod orient;
 mod quality;

@@ -8,13 +8,16 @@
 
 pub mod curve;
 pub mod doctor;
+mod json;
+mod on_body;
 mod outline;
 mod read;
 mod seam;
 mod write;
 
 pub use curve::{ArcTable, Curve};
-pub use doctor::{Finding, Place, Severity, examine, examine_on_body};
+pub use doctor::{Finding, Place, Severity, examine};
+pub use on_body::examine_on_body;
 pub use seam::{Pairing, PlacedStitch, placed_stitch};
 
 pub(crate) use outline::polygon_crossing;
