@@ -67,10 +67,10 @@ pub fn colour_chunks<'a>(
 pub enum ColourOrder {
     /// As they come.
     Natural,
-    /// Most neighbours first [WelshPowell1967].
+    /// Most neighbours first \[WelshPowell1967\].
     LargestFirst,
     /// The one with the fewest remaining neighbours last, repeatedly: on
-    /// meshes usually optimal [MatulaBeck1983].
+    /// meshes usually optimal \[MatulaBeck1983\].
     #[default]
     SmallestLast,
 }

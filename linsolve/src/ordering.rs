@@ -84,7 +84,7 @@ impl Permutation {
 }
 
 /// Reverse Cuthill–McKee numbering: neighbours get close numbers, so the
-/// product reads its vector from cache [CuthillMcKee1969].
+/// product reads its vector from cache \[CuthillMcKee1969\].
 pub fn reverse_cuthill_mckee(pattern: &Pattern) -> Permutation {
     let n = pattern.points();
     if n == 0 {

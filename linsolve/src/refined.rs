@@ -12,11 +12,11 @@ use std::sync::Arc;
 /// ```text
 /// repeat:  r = S (b − A x)  in f64;   A d = r  by CG in f32, to a loose tolerance;   x += d
 /// ```
-/// [Moler1967]. The matrix is rounded to `f32` once per solve; a pass contracts
+/// \[Moler1967\]. The matrix is rounded to `f32` once per solve; a pass contracts
 /// the residual by about the inner tolerance plus `κ(A) 6e-8`, so tolerances
 /// down to 1e-12 are within reach at the memory traffic of single precision.
 pub struct Refined {
-    /// Relative tolerance [1].
+    /// Relative tolerance \[1\].
     pub tolerance: f64,
     /// Passes before giving up.
     pub max_passes: usize,

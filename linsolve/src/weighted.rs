@@ -13,7 +13,7 @@ const CONTACT_CHUNK: usize = 512;
 /// ```text
 /// A = Σ_c  (w_c w_cᵀ) ⊗ K_c ,    f_c = K_c Σ_a w_ca x_a ,    y_i += Σ_c w_ci f_c
 /// ```
-/// `w_c` four weights [1], `K_c` symmetric 3×3. A contact costs 13 numbers
+/// `w_c` four weights \[1\], `K_c` symmetric 3×3. A contact costs 13 numbers
 /// instead of the 144 of its blocks, and nothing is sorted: the product
 /// computes every `f_c`, then every touched row gathers its contacts in the
 /// order in which they were given. Both phases run in parallel without

@@ -14,21 +14,21 @@ use std::sync::Arc;
 /// right-hand side `S (b − A z)`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub enum StopNorm {
-    /// `‖r‖`, the relative residual of [Pizana2025].
+    /// `‖r‖`, the relative residual of \[Pizana2025\].
     #[default]
     Euclidean,
     /// `(Σ w_k r_k²)^½` with one weight for each unknown; inverse masses make
     /// it a velocity norm independent of the mesh.
     Weighted(Arc<[f64]>),
-    /// `(rᵀ P⁻¹ r)^½`, the norm of [BaraffWitkin1998] as corrected by
-    /// [AscherBoxerman2003].
+    /// `(rᵀ P⁻¹ r)^½`, the norm of \[BaraffWitkin1998\] as corrected by
+    /// \[AscherBoxerman2003\].
     Preconditioned,
 }
 
 /// Settings of [`Mpcg`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct MpcgSettings {
-    /// Relative tolerance [1].
+    /// Relative tolerance \[1\].
     pub tolerance: f64,
     /// Largest number of iterations.
     pub max_iterations: usize,
@@ -36,7 +36,7 @@ pub struct MpcgSettings {
     pub norm: StopNorm,
     /// Iterations between two computations of the true residual.
     pub true_residual_interval: usize,
-    /// Growth of `‖r‖` over its start that counts as divergence [1].
+    /// Growth of `‖r‖` over its start that counts as divergence \[1\].
     pub divergence: f64,
 }
 
@@ -59,8 +59,8 @@ impl Default for MpcgSettings {
 /// repeat:   q ← S A c;  a ← ρ/(c·q);  x += a c;  r −= a q
 ///           s ← P⁻¹ r;  ρ' ← r·s;  c ← S(s + (ρ'/ρ) c);  ρ ← ρ'
 /// ```
-/// [BaraffWitkin1998, § 5.3] started from the prescribed part as in
-/// [AscherBoxerman2003]; with no filter it is plain preconditioned CG. The
+/// \[BaraffWitkin1998, § 5.3\] started from the prescribed part as in
+/// \[AscherBoxerman2003\]; with no filter it is plain preconditioned CG. The
 /// residual is updated recursively, recomputed every
 /// [`true_residual_interval`](MpcgSettings::true_residual_interval) iterations
 /// and at the end; when the recomputed one misses the tolerance the iteration

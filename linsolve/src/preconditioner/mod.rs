@@ -18,7 +18,7 @@ use crate::{ExplicitOperator, Filter, LinearOperator, LinsolveError, Real, small
 /// A symmetric positive definite approximation of `A⁻¹`.
 ///
 /// With a filter it approximates the inverse of `S A S + m̄ (I − S)`, not of `A`
-/// [Boxerman2003]; `m̄` is the mean diagonal, so that the added part has the
+/// \[Boxerman2003\]; `m̄` is the mean diagonal, so that the added part has the
 /// unit of `A`.
 pub trait Preconditioner<T: Real>: Send {
     /// Name in scene files.

@@ -9,7 +9,7 @@ use crate::{ExplicitOperator, Filter, LinearOperator, LinsolveError, Real, small
 /// ```text
 /// l_ij = (a_ij − Σ_{k<j} l_ik l_jk) / l_jj ,    l_ii² = a_ii − Σ_k l_ik²
 /// ```
-/// [MeijerinkVanDerVorst1977]. Where every block is full it is the same factor
+/// \[MeijerinkVanDerVorst1977\]. Where every block is full it is the same factor
 /// as [`BlockIc`](super::BlockIc), computed and applied entry by entry: it is
 /// the reference for what blocks gain. Off-diagonal entries come from the
 /// static part, the diagonal blocks are complete; shifts and filter as there.
