@@ -1,3 +1,11 @@
 //! Library side of the `selvedge` program.
 
 pub mod report;
+
+pub mod args;
+pub mod commands;
+mod failure;
+mod progress;
+mod report_data;
+
+pub use failure::Failure;

@@ -57,13 +57,10 @@ thread_local! {
 /// Order of work on one term.
 struct Schedule {
     colouring: ChunkColouring,
-    /// Matrix slots of the pairs `a < b` of every stencil, see [`slots`].
+    /// Matrix slots of the pairs of every stencil, see [`slots`].
     slots: Vec<u32>,
     values: Vec<f64>,
 }
-
-/// Marks a slot whose block is stored transposed.
-const TRANSPOSED: u32 = 1 << 31;
 
 /// Evaluates the terms of a plan in parallel.
 pub(crate) struct Assembler {
@@ -135,7 +132,7 @@ impl Assembler {
     }
 
     /// As [`add_impulse`](Self::add_impulse), and adds `dt² · factor · hessian`
-    /// to the blocks of the upper triangle in `values`.
+    /// to the blocks in `values`.
     #[allow(clippy::too_many_arguments)]
     pub(crate) fn add_matrix<T: Real>(
         &mut self,
@@ -230,24 +227,18 @@ fn blocks(range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
     range.step_by(BLOCK).map(move |from| from..(from + BLOCK).min(end))
 }
 
-/// Slots of the off-diagonal pairs `a < b` of each stencil, in the upper
-/// triangle of the matrix; the diagonal's are found from the pattern.
+/// Slots of all ordered pairs `a ≠ b` of each stencil, row by row; the
+/// diagonal's are found from the pattern.
 fn slots(batch: &dyn EnergyBatch, pattern: &Pattern) -> Vec<u32> {
     let n = batch.node_dims().len();
-    let mut all = Vec::with_capacity(batch.len() * n * (n - 1) / 2);
+    let mut all = Vec::with_capacity(batch.len() * n * (n - 1));
     for e in 0..batch.len() {
         let nodes = batch.nodes(e);
         for a in 0..n {
-            for b in a + 1..n {
-                let (i, j) = (nodes[a], nodes[b]);
-                let (slot, flag) = if i <= j {
-                    (pattern.slot(i, j), 0)
-                } else {
-                    (pattern.slot(j, i), TRANSPOSED)
-                };
+            for b in (0..n).filter(|b| *b != a) {
+                let slot = pattern.slot(nodes[a], nodes[b]);
                 // The pattern is built from these very stencils.
-                let slot = slot.expect("every pair of a stencil is in the pattern");
-                all.push(slot | flag);
+                all.push(slot.expect("every pair of a stencil is in the pattern"));
             }
         }
     }
@@ -266,11 +257,10 @@ fn scatter_gradient(
     let mut at = 0;
     for e in block {
         for &node in batch.nodes(e) {
-            let g = gradients[at].map(|g| factor * g);
             if atomic {
-                out.add_point_atomic(node, &g);
+                out.add_point_atomic(node as usize, &gradients[at], factor);
             } else {
-                out.add_point(node, &g);
+                out.add_point(node as usize, &gradients[at], factor);
             }
             at += 1;
         }
@@ -288,9 +278,9 @@ impl<T: Real> Target<'_, T> {
     #[inline]
     fn add(&self, slot: u32, block: &[[f64; 3]; 3], scale: f64) {
         if self.atomic {
-            self.values.add_block_atomic(slot, block, scale);
+            self.values.add_block_atomic(slot as usize, block, scale);
         } else {
-            self.values.add_block(slot, block, scale);
+            self.values.add_block(slot as usize, block, scale);
         }
     }
 
@@ -303,23 +293,18 @@ impl<T: Real> Target<'_, T> {
     ) {
         let (rows, _) = hessians.as_chunks::<M>();
         let (hessians, _) = rows.as_chunks::<M>();
-        let pairs = N * (N - 1) / 2;
+        let pairs = N * (N - 1);
         for (e, h) in block.zip(hessians) {
             let nodes = batch.nodes(e);
-            let slots = &self.slots[e * pairs..(e + 1) * pairs];
-            let mut pair = 0;
+            let mut slots = self.slots[e * pairs..(e + 1) * pairs].iter();
             for a in 0..N {
-                let diagonal = sub_block::<M>(h, a, a);
-                self.add(self.pattern.diagonal_slot(nodes[a]), &diagonal, scale);
-                for b in a + 1..N {
-                    let slot = slots[pair];
-                    pair += 1;
-                    let (slot, h) = if slot & TRANSPOSED == 0 {
-                        (slot, sub_block::<M>(h, a, b))
+                for b in 0..N {
+                    let slot = if a == b {
+                        self.pattern.diagonal_slot(nodes[a] as usize)
                     } else {
-                        (slot & !TRANSPOSED, sub_block::<M>(h, b, a))
+                        slots.next().copied().unwrap_or_default()
                     };
-                    self.add(slot, &h, scale);
+                    self.add(slot, &sub_block::<M>(h, a, b), scale);
                 }
             }
         }
@@ -335,23 +320,21 @@ impl<T: Real> Target<'_, T> {
     ) {
         let n = batch.node_dims().len();
         let m = 3 * n;
-        let pairs = n * (n - 1) / 2;
+        let pairs = n * (n - 1);
         for (e, h) in block.zip(hessians.chunks_exact(m * m)) {
             let nodes = batch.nodes(e);
-            let sub = |a: usize, b: usize| {
-                std::array::from_fn(|i| std::array::from_fn(|j| h[(3 * a + i) * m + 3 * b + j]))
-            };
-            let mut pair = e * pairs;
+            let mut slots = self.slots[e * pairs..(e + 1) * pairs].iter();
             for a in 0..n {
-                self.add(self.pattern.diagonal_slot(nodes[a]), &sub(a, a), scale);
-                for b in a + 1..n {
-                    let slot = self.slots[pair];
-                    pair += 1;
-                    if slot & TRANSPOSED == 0 {
-                        self.add(slot, &sub(a, b), scale);
+                for b in 0..n {
+                    let slot = if a == b {
+                        self.pattern.diagonal_slot(nodes[a] as usize)
                     } else {
-                        self.add(slot & !TRANSPOSED, &sub(b, a), scale);
-                    }
+                        slots.next().copied().unwrap_or_default()
+                    };
+                    let h = std::array::from_fn(|i| {
+                        std::array::from_fn(|j| h[(3 * a + i) * m + 3 * b + j])
+                    });
+                    self.add(slot, &h, scale);
                 }
             }
         }

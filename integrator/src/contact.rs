@@ -1,3 +1,5 @@
+use std::time::Instant;
+
 use selvedge_collision::{ContactResponse, ContactSource, StepStart};
 use selvedge_energy::EvalPoint;
 
@@ -36,7 +38,10 @@ impl Contacts {
         }
         self.detections += 1;
         for source in sources {
-            ledger.time(DETECTION, || source.detect(start))?;
+            let clock = Instant::now();
+            let found = source.detect(start);
+            ledger.time_term("detection", source.name(), clock.elapsed());
+            found?;
         }
         Ok(())
     }
@@ -57,28 +62,28 @@ impl Contacts {
         if sources.is_empty() {
             return Ok(energy);
         }
-        ledger.time(CONTACT, || {
-            for source in sources {
-                energy += source.evaluate(at, curvature, r)?;
-            }
-            let (impulse, _) = impulse.as_chunks_mut::<3>();
-            for ((nodes, weights), force) in r.nodes.iter().zip(&r.weights).zip(&r.force) {
-                for (&n, &w) in nodes.iter().zip(weights) {
-                    if w != 0.0 {
-                        add(&mut impulse[n as usize], w * at.dt, force);
-                    }
+        for source in sources {
+            let clock = Instant::now();
+            let evaluated = source.evaluate(at, curvature, r);
+            ledger.time_term("contact", source.name(), clock.elapsed());
+            energy += evaluated?;
+        }
+        let clock = Instant::now();
+        let (impulse, _) = impulse.as_chunks_mut::<3>();
+        for ((nodes, weights), force) in r.nodes.iter().zip(&r.weights).zip(&r.force) {
+            for (&n, &w) in nodes.iter().zip(weights) {
+                if w != 0.0 {
+                    add(&mut impulse[n as usize], w * at.dt, force);
                 }
             }
-            for (&n, force) in r.body_nodes.iter().zip(&r.body_force) {
-                add(&mut impulse[n as usize], at.dt, force);
-            }
-            Ok(energy)
-        })
+        }
+        for (&n, force) in r.body_nodes.iter().zip(&r.body_force) {
+            add(&mut impulse[n as usize], at.dt, force);
+        }
+        ledger.book("contact: scatter", clock.elapsed());
+        Ok(energy)
     }
 }
-
-const DETECTION: &str = "detection";
-const CONTACT: &str = "contact forces";
 
 #[inline]
 fn add(to: &mut [f64; 3], factor: f64, v: &[f64; 3]) {

@@ -303,10 +303,8 @@ impl Integrator for BackwardEuler {
             term.batch.begin_step(&start);
         }
         extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
-        let at_start = |q: &[f64]| -> _ {
-            StepStart { q_start: &state.q, q_predicted: q, dt: request.dt, time: state.time }
-        };
-        self.contacts.begin_step(&mut plan.contacts, &at_start(&self.q), ledger)?;
+        let start = step_start(state, &self.q, request.dt);
+        self.contacts.begin_step(&mut plan.contacts, &start, ledger)?;
 
         let report = loop {
             let report = self.newton(plan, state, request, ledger)?;
@@ -321,7 +319,8 @@ impl Integrator for BackwardEuler {
                 break report;
             }
             // Newton goes on from its own result with candidates that cover it.
-            self.contacts.detect(&mut plan.contacts, &at_start(&self.q), ledger)?;
+            let start = step_start(state, &self.q, request.dt);
+            self.contacts.detect(&mut plan.contacts, &start, ledger)?;
         };
 
         let at = EvalPoint {
@@ -353,6 +352,10 @@ impl Integrator for BackwardEuler {
     fn heap_bytes(&self) -> usize {
         5 * size_of_val(self.q.as_slice()) + self.contacts.response.heap_bytes()
     }
+}
+
+fn step_start<'a>(state: &'a State, q_predicted: &'a [f64], dt: f64) -> StepStart<'a> {
+    StepStart { q_start: &state.q, q_predicted, dt, time: state.time }
 }
 
 /// Gives constrained directions the velocity that brings them to their target.

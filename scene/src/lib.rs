@@ -1,1 +1,18 @@
-//! Scene files, validation, effect planning and the run driver
+//! Scene files, their validation, and running them.
+//!
+//! [`file`](mod@file) reads a scene and finds its mistakes; [`build`] turns it
+//! into a simulation that holds only what the scene calls for; [`driver`] runs
+//! it and writes its results.
+
+mod assembly;
+pub mod build;
+pub mod diagnostic;
+pub mod driver;
+pub mod effects;
+pub mod file;
+mod motion;
+mod process;
+mod result;
+pub mod summary;
+
+pub use result::write_whole;

@@ -385,7 +385,6 @@ shapes = [
 kind = "plane"
 [[body]]
 kind = "mannequin"
-measurements.height = 1.8
 [[pin]]
 kind = "plane"
 normal = [0, 1, 0]
@@ -412,7 +411,7 @@ position = [0.1, 0.2]
     assert_eq!(back, scene);
     assert_eq!(
         parsed.locations.line_column("pin.2.select.points"),
-        Some(("s.toml", 42, 17))
+        Some(("s.toml", 41, 17))
     );
     assert_eq!(scene.body[3].name, "body-3");
 }

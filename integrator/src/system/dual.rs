@@ -4,7 +4,7 @@ use selvedge_collision::ContactResponse;
 use selvedge_energy::Curvature;
 use selvedge_linsolve::{
     BlockFilter, Bsr, DualMatrix, Filter, LinearSolver, LinsolveError, NoFilter, Pattern, Real,
-    SolveReport, WeightedBlocks,
+    SolveReport,
 };
 
 use super::{Evaluation, NewtonSystem};
@@ -36,7 +36,7 @@ impl<T: Real> DualSystem<T> {
         });
         let pattern = Arc::new(Pattern::from_groups(points, groups));
         let assembler = Assembler::new(points, terms, Some(&pattern), options)?;
-        let matrix = DualMatrix { stat: Bsr::zeros(pattern), dynamic: WeightedBlocks::new(points) };
+        let matrix = DualMatrix::new(Bsr::zeros(pattern));
         Ok(Self { assembler, matrix, solver })
     }
 
@@ -87,14 +87,13 @@ where
             energies,
             ledger,
         );
-        ledger.time("assembly: mirror", || stat.mirror_upper());
         let dt2 = e.at.dt * e.at.dt;
         ledger.time("assembly: contact", || {
             for (i, &m) in e.masses.iter().enumerate() {
-                stat.add_to_diagonal(i, m);
+                stat.add_diagonal(i, m);
             }
             for (&i, k) in contacts.body_nodes.iter().zip(&contacts.body_curvature) {
-                stat.add_block(pattern.diagonal_slot(i), k, dt2);
+                stat.add_block(pattern.diagonal_slot(i as usize) as usize, k, dt2);
             }
             self.matrix.dynamic.rebuild(
                 pattern.points(),

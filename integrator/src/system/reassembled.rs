@@ -66,7 +66,7 @@ where
         matrix.clear();
         for (i, &m) in e.masses.iter().enumerate() {
             let block = [[m, 0.0, 0.0], [0.0, m, 0.0], [0.0, 0.0, m]];
-            matrix.push_block(i as u32, i as u32, &block);
+            matrix.push_block(i, i, &block);
         }
         let dt2 = e.at.dt * e.at.dt;
         for term in e.terms {
@@ -77,7 +77,7 @@ where
         }
         ledger.time("assembly: contact", || {
             for (&i, k) in contacts.body_nodes.iter().zip(&contacts.body_curvature) {
-                matrix.push_block(i, i, &scaled(k, dt2));
+                matrix.push_block(i as usize, i as usize, &scaled(k, dt2));
             }
             let all = contacts.nodes.iter().zip(&contacts.weights).zip(&contacts.curvature);
             for ((nodes, weights), k) in all {
@@ -85,7 +85,7 @@ where
                     for b in 0..4 {
                         let w = weights[a] * weights[b];
                         if w != 0.0 {
-                            matrix.push_block(nodes[a], nodes[b], &scaled(k, dt2 * w));
+                            matrix.push_block(nodes[a] as usize, nodes[b] as usize, &scaled(k, dt2 * w));
                         }
                     }
                 }
@@ -129,7 +129,7 @@ fn push_term<T: Real>(
                 let block = std::array::from_fn(|r| {
                     std::array::from_fn(|c| scale * h[(3 * a + r) * m + 3 * b + c])
                 });
-                matrix.push_block(i, j, &block);
+                matrix.push_block(i as usize, j as usize, &block);
             }
         }
     }

@@ -24,6 +24,11 @@ impl Locations {
         }
     }
 
+    /// Name of the scene file.
+    pub fn name(&self) -> &str {
+        self.sources[0].name()
+    }
+
     /// Whether the scene says something at `path`; else its default holds.
     pub fn is_set(&self, path: &str) -> bool {
         self.places.contains_key(path)

@@ -128,7 +128,7 @@ pub fn parse(
         let (text, _) = override_text(key, value);
         sources.push(SourceText::new(format!("--set {text}"), text));
         if let Err(finding) = apply_override(&mut root, key, value, i + 1, &sources[i + 1]) {
-            findings.push(finding);
+            findings.push(*finding);
         }
     }
     let mut walker = Walker::new(&sources);

@@ -137,11 +137,10 @@ pub(crate) fn apply_override(
     value: &str,
     source: usize,
     text: &SourceText,
-) -> Result<(), Finding> {
+) -> Result<(), Box<Finding>> {
     let fail = |code, span: Range<usize>, message: String| {
-        Err(Finding::error(code, "", message)
-            .at(text, span)
-            .path(path.to_owned()))
+        let finding = Finding::error(code, "", message).at(text, span);
+        Err(Box::new(finding.path(path)))
     };
     let shift = path.len() + 1;
     let node = match DeValue::parse(value) {

@@ -1,4 +1,4 @@
-use super::super::spec::Kind::{Choice, Path, Rotation, Table as Sub, Tables, Text};
+use super::super::spec::Kind::{Choice, Path, Rotation, Tables, Text};
 use super::super::spec::{
     Key, NOT_NEGATIVE, Range, Table, Variant, derived, key, number, optional, required, vec3,
 };
@@ -185,13 +185,9 @@ static SHAPES: &[Variant] = &[
     },
     Variant {
         name: "mannequin",
-        doc: "A standing figure of analytic shapes, feet at the origin, facing +z.",
-        keys: &[key(
-            "measurements",
-            Sub(&MANNEQUIN),
-            "{}",
-            "Its measurements.",
-        )],
+        doc: "A standing figure of 1.70 m made of analytic shapes, feet at the origin, facing \
+              +z, arms 40° below the horizontal.",
+        keys: &[],
     },
 ];
 
@@ -204,24 +200,5 @@ static PART: Table = Table::new("A shape of a union.", &[]).tagged(
         ELLIPSOID_FORM,
         BOX_FORM,
         PLANE_FORM,
-    ],
-);
-
-static MANNEQUIN: Table = Table::new(
-    "Measurements of the mannequin.",
-    &[
-        key(
-            "height",
-            number("m", Range::between(0.5, 3.0)),
-            "1.7",
-            "From the floor to the top of the head.",
-        )
-        .hint("m, not cm"),
-        key(
-            "arm_angle",
-            number("deg", Range::zero_to(90.0)),
-            "35",
-            "Angle of the arms from hanging straight down.",
-        ),
     ],
 );

@@ -1,6 +1,6 @@
 use super::super::spec::Kind::{Choice, Integers, NamedTexts, Path, Rotation, Text, Texts, Vector};
 use super::super::spec::{
-    Key, NOT_NEGATIVE, Range, Table, Variant, derived, integer, key, number, optional, required,
+    Key, Range, Table, Variant, derived, integer, key, number, optional, required,
 };
 use super::POSITION;
 
@@ -157,16 +157,4 @@ static PATTERN: &[Key] = &[
         "[]",
         "Labels of edges that stay attached to the body.",
     ),
-    optional(
-        "grain",
-        number("deg", Range::within(180.0)),
-        "Angle from the panels' y axis to the warp; default 0.",
-    ),
-    key(
-        "ease",
-        number("m", NOT_NEGATIVE),
-        "0",
-        "Clearance added between panels and body before sewing.",
-    )
-    .hint("m, not mm"),
 ];

@@ -94,10 +94,7 @@ pub enum BodyShape {
         rotation: Rotation,
     },
     /// A standing figure.
-    Mannequin {
-        /// Its measurements.
-        measurements: MannequinMeasurements,
-    },
+    Mannequin {},
 }
 
 /// A shape of a union.
@@ -106,13 +103,4 @@ pub struct Part {
     /// The shape: one of the analytic ones.
     #[serde(flatten)]
     pub shape: BodyShape,
-}
-
-/// Measurements of the mannequin.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct MannequinMeasurements {
-    /// Height [m].
-    pub height: f64,
-    /// Angle of the arms from hanging straight down [deg].
-    pub arm_angle: f64,
 }

@@ -64,11 +64,6 @@ pub enum ClothShape {
         panel_fabric: BTreeMap<String, String>,
         /// Labels of edges attached to the body.
         hold: Vec<String>,
-        /// Angle from the panels' y axis to the warp [deg].
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        grain: Option<f64>,
-        /// Clearance added before sewing [m].
-        ease: f64,
     },
 }
 

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-pub use body::{Body, BodyShape, MannequinMeasurements, Part};
+pub use body::{Body, BodyShape, Part};
 pub use cloth::{Cloth, ClothShape, Lattice};
 pub use fabric::{BendingEntry, FabricDamping, FabricEntry, MembraneEntry};
 pub use hold::{Attachment, Button, Corner, Edge, Pin, PinKind, Select};

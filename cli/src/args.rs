@@ -1,0 +1,174 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+/// Cloth simulation that is accurate first and then fast.
+#[derive(Debug, Parser)]
+#[command(name = "selvedge", version, about, max_term_width = 100)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+    /// Write events and results as JSON lines to standard output.
+    #[arg(long, global = true)]
+    pub json: bool,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Simulate a scene; writes run.mcap, final.obj, summary.json, report.html.
+    Run(RunArgs),
+    /// Put a sewing pattern on a body and let it come to rest.
+    Drape(DrapeArgs),
+    /// Look for mistakes in a scene and everything it names.
+    Check(SceneArgs),
+    /// List every effect of a scene: on or off, why, and what it costs.
+    Plan(SceneArgs),
+    /// Distances between two results (run.mcap or .obj).
+    Compare {
+        /// A result: a recording, an OBJ file or a folder with one.
+        a: PathBuf,
+        /// The other result.
+        b: PathBuf,
+    },
+    /// Hand a recording over to other programs.
+    Export {
+        /// A recording, or a folder with one.
+        run: PathBuf,
+        /// File format.
+        #[arg(long, value_enum)]
+        format: Format,
+        /// File or folder to write; beside the recording by default.
+        #[arg(short, long)]
+        output: Option<PathBuf>,
+        /// Only the last frame.
+        #[arg(long)]
+        last: bool,
+    },
+    /// Write the report of a recording again and say where it is.
+    View {
+        /// A recording, or a folder with one.
+        run: PathBuf,
+    },
+    /// The fabric library.
+    Fabric {
+        /// What to do with it.
+        #[command(subcommand)]
+        command: FabricCommand,
+    },
+    /// Describe the scene file format.
+    Schema {
+        /// As a page of text instead of a JSON schema.
+        #[arg(long)]
+        markdown: bool,
+    },
+    /// Time components and whole steps.
+    Bench(BenchArgs),
+}
+
+/// A scene file and changes to it.
+#[derive(Clone, Debug, Args)]
+pub struct SceneArgs {
+    /// Scene file.
+    pub scene: PathBuf,
+    /// Change a key of the scene, for example `solver.tolerance=1e-3`.
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub set: Vec<(String, String)>,
+}
+
+/// A scene to run.
+#[derive(Clone, Debug, Args)]
+pub struct RunArgs {
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Folder of the results; `out/<scene name>` by default.
+    #[arg(short, long)]
+    pub output: Option<PathBuf>,
+    /// Go on from the last checkpoint in the folder.
+    #[arg(long)]
+    pub resume: bool,
+}
+
+/// A pattern to drape.
+#[derive(Clone, Debug, Args)]
+pub struct DrapeArgs {
+    /// Sewing pattern in GarmentCode's JSON format.
+    pub pattern: PathBuf,
+    /// Body as a closed OBJ mesh in metres; the built-in mannequin by default.
+    #[arg(long)]
+    pub body: Option<PathBuf>,
+    /// Fabric of the library, or a fabric file.
+    #[arg(long, default_value = "cotton-jersey")]
+    pub fabric: String,
+    /// Edge length of the mesh [m].
+    #[arg(long, default_value_t = 0.01)]
+    pub edge_length: f64,
+    /// Label of edges that stay attached to the body; may be repeated.
+    #[arg(long)]
+    pub hold: Vec<String>,
+    /// Longest simulated time [s].
+    #[arg(long, default_value_t = 3.0)]
+    pub duration: f64,
+    /// Folder of the results; `out/<pattern name>` by default.
+    #[arg(short, long)]
+    pub output: Option<PathBuf>,
+    /// Change a key of the scene that is made for the pattern.
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub set: Vec<(String, String)>,
+    /// Go on from the last checkpoint in the folder.
+    #[arg(long)]
+    pub resume: bool,
+}
+
+/// What to do with the fabric library.
+#[derive(Clone, Debug, Subcommand)]
+pub enum FabricCommand {
+    /// Names, weights and bending lengths.
+    List,
+    /// A fabric file with the source of every number.
+    Show {
+        /// Fabric of the library.
+        name: String,
+    },
+}
+
+/// Benchmarks to run.
+#[derive(Clone, Debug, Args)]
+pub struct BenchArgs {
+    /// Names; all by default.
+    pub names: Vec<String>,
+    /// Points along one side of the sheet.
+    #[arg(long, default_value_t = 101)]
+    pub points: usize,
+    /// Steps that are timed.
+    #[arg(long, default_value_t = 20)]
+    pub steps: usize,
+}
+
+/// File formats to export to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Format {
+    /// Wavefront OBJ, one file a frame.
+    Obj,
+    /// PLY, one file a frame.
+    Ply,
+    /// Binary glTF with a morph target for every frame.
+    Gltf,
+    /// USD as text, with time samples.
+    Usd,
+    /// Point cache 2.
+    Pc2,
+}
+
+fn key_value(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() => {
+            Ok((key.trim().to_owned(), value.trim().to_owned()))
+        }
+        _ => Err("expected KEY=VALUE, for example solver.tolerance=1e-3".to_owned()),
+    }
+}

@@ -1,0 +1,33 @@
+//! One file a command.
+
+mod bench;
+mod fabric;
+mod results;
+mod run;
+mod scene;
+
+use std::process::ExitCode;
+
+use crate::Failure;
+use crate::args::{Cli, Command};
+
+/// Does what the command line asks for.
+///
+/// # Errors
+/// [`Failure`], with the exit status it stands for.
+pub fn dispatch(cli: &Cli) -> Result<ExitCode, Failure> {
+    match &cli.command {
+        Command::Run(args) => run::run(args, cli.json),
+        Command::Drape(args) => run::drape(args, cli.json),
+        Command::Check(args) => scene::check(args, cli.json),
+        Command::Plan(args) => scene::plan(args, cli.json),
+        Command::Compare { a, b } => results::compare(a, b),
+        Command::Export { run, format, output, last } => {
+            results::export(run, *format, output.as_deref(), *last)
+        }
+        Command::View { run } => results::view(run),
+        Command::Fabric { command } => fabric::fabric(command),
+        Command::Schema { markdown } => scene::schema(*markdown),
+        Command::Bench(args) => bench::bench(args),
+    }
+}

@@ -1,0 +1,144 @@
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use selvedge_scene::build::BuiltScene;
+use selvedge_scene::driver::{self, RunOptions, RunResult};
+use selvedge_scene::file::{self, Parsed};
+use selvedge_scene::summary::Status;
+use selvedge_scene::write_whole;
+
+use crate::Failure;
+use crate::args::{DrapeArgs, RunArgs};
+use crate::failure::print_findings;
+use crate::progress::Reporter;
+use crate::{report, report_data};
+
+/// `selvedge run`
+pub fn run(args: &RunArgs, json: bool) -> Result<ExitCode, Failure> {
+    let parsed = file::read(&args.scene.scene, &args.scene.set)?;
+    let text = std::fs::read_to_string(&args.scene.scene).unwrap_or_default();
+    let again = format!("selvedge run {}", args.scene.scene.display());
+    simulate(parsed, text, args.output.clone(), args.resume, json, &again)
+}
+
+/// `selvedge drape`: makes a scene for the pattern and runs it.
+pub fn drape(args: &DrapeArgs, json: bool) -> Result<ExitCode, Failure> {
+    let text = drape_scene(args)?;
+    let name = args.pattern.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let parsed = file::parse(&text, Path::new(&format!("{name}.toml")), &args.set)?;
+    let again = format!("selvedge drape {}", args.pattern.display());
+    simulate(parsed, text, args.output.clone(), args.resume, json, &again)
+}
+
+/// The scene that `drape` runs; paths are made absolute, so that it can be
+/// kept and run from anywhere.
+fn drape_scene(args: &DrapeArgs) -> Result<String, Failure> {
+    let absolute = |path: &Path| {
+        std::path::absolute(path)
+            .map_err(|e| Failure::Usage(format!("`{}`: {e}", path.display())))
+    };
+    let quoted = |path: PathBuf| toml_string(&path.display().to_string());
+    let name = args.pattern.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let mut text = format!(
+        "name = {}\n\n[simulation]\nduration = {:?}\n\n[mesh]\nedge_length = {:?}\n\n",
+        toml_string(&name),
+        args.duration,
+        args.edge_length
+    );
+    let holds: Vec<String> = args.hold.iter().map(|h| toml_string(h)).collect();
+    text += &format!(
+        "[[cloth]]\nname = \"garment\"\nkind = \"pattern\"\nfile = {}\nfabric = \"garment\"\n\
+         hold = [{}]\n\n",
+        quoted(absolute(&args.pattern)?),
+        holds.join(", ")
+    );
+    text += &match &args.body {
+        Some(body) => format!(
+            "[[body]]\nname = \"body\"\nkind = \"mesh\"\nfile = {}\n\n",
+            quoted(absolute(body)?)
+        ),
+        None => "[[body]]\nname = \"mannequin\"\nkind = \"mannequin\"\n\n".to_owned(),
+    };
+    let is_file = Path::new(&args.fabric).extension().is_some();
+    text += &if is_file {
+        format!("[fabric.garment]\nfile = {}\n", quoted(absolute(Path::new(&args.fabric))?))
+    } else {
+        format!("[fabric.garment]\nlibrary = {}\n", toml_string(&args.fabric))
+    };
+    Ok(text)
+}
+
+/// A TOML basic string: JSON's escapes are a subset of TOML's.
+fn toml_string(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+fn simulate(
+    parsed: Parsed,
+    scene_text: String,
+    output: Option<PathBuf>,
+    resume: bool,
+    json: bool,
+    again: &str,
+) -> Result<ExitCode, Failure> {
+    let directory = output.unwrap_or_else(|| parsed.scene.output.directory.clone());
+    let built = BuiltScene::new(parsed)?;
+    if !built.warnings.is_empty() && !json {
+        print_findings(&built.warnings);
+    }
+    let options = RunOptions {
+        directory: directory.clone(),
+        resume,
+        scene_text,
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+    };
+    let interrupt = Arc::new(AtomicBool::new(false));
+    let raised = interrupt.clone();
+    // Without a handler Ctrl-C ends the program as it always does.
+    let _ = ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed));
+    let mut reporter = Reporter::new(json);
+    let result = driver::run(&built, &options, &mut reporter, &interrupt);
+    reporter.finish();
+    let result = result?;
+    if built.scene().output.report {
+        let data = report_data::of_run(&built, &result, &options.scene_text);
+        write_whole(&directory.join("report.html"), report::render(&data).as_bytes())?;
+    }
+    tell(&built, &result, &directory, json, again);
+    Ok(match result.summary.status {
+        Status::Failed => ExitCode::from(1),
+        _ => ExitCode::SUCCESS,
+    })
+}
+
+fn tell(built: &BuiltScene, result: &RunResult, directory: &Path, json: bool, again: &str) {
+    let s = &result.summary;
+    if json {
+        let event = serde_json::json!({ "event": "end", "summary": s });
+        println!("{event}");
+        return;
+    }
+    let status = serde_json::to_value(s.status).unwrap_or_default();
+    println!("{}: {} ({})", built.scene().name, status.as_str().unwrap_or("?"), s.reason);
+    println!(
+        "  {:.3} s simulated in {:.1} s ({:.1} s of processor time on {} threads), {} steps, \
+         {} rejected",
+        s.simulated_s, s.wall_s, s.cpu_s, s.threads, s.steps, s.rejected_steps
+    );
+    println!(
+        "  {} points, {} triangles; edge strain mean {:.2e}, largest {:.2e}; \
+         deepest penetration {:.3} mm; {} self-intersections",
+        s.points,
+        s.triangles,
+        s.mean_abs_edge_strain,
+        s.max_abs_edge_strain,
+        1e3 * s.max_penetration_m,
+        s.self_intersections
+    );
+    println!("  results in {}", directory.display());
+    if s.status == Status::Stopped {
+        println!("  to go on: {again} -o {} --resume", directory.display());
+    }
+}

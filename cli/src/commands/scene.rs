@@ -1,0 +1,71 @@
+use std::process::ExitCode;
+
+use selvedge_integrator::State;
+use selvedge_scene::build::{Built, BuiltScene};
+use selvedge_scene::file;
+
+use crate::Failure;
+use crate::args::SceneArgs;
+use crate::failure::print_findings;
+
+/// `selvedge check`
+pub fn check(args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
+    let built = BuiltScene::new(file::read(&args.scene, &args.set)?)?;
+    // What only shows when the parts are put together.
+    assemble(&built)?;
+    if json {
+        let findings = built.warnings.to_json();
+        println!("{}", serde_json::json!({ "event": "check", "findings": findings }));
+        return Ok(ExitCode::SUCCESS);
+    }
+    print_findings(&built.warnings);
+    println!(
+        "{}: no errors, {} warnings; {} points, {} triangles, {} bodies",
+        built.scene().name,
+        built.warnings.len(),
+        built.geometry.mesh.points(),
+        built.geometry.mesh.triangles().len(),
+        built.bodies.len()
+    );
+    Ok(ExitCode::SUCCESS)
+}
+
+/// `selvedge plan`
+pub fn plan(args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
+    let built = BuiltScene::new(file::read(&args.scene, &args.set)?)?;
+    let Built { simulation, effects, .. } = assemble(&built)?;
+    if json {
+        println!("{}", serde_json::json!({ "event": "plan", "effects": effects }));
+        return Ok(ExitCode::SUCCESS);
+    }
+    println!("{}: {}", built.scene().name, simulation.plan().system.name());
+    println!("{:<28} {:<4} {:>10} {:>12}  reason", "effect", "", "stencils", "bytes");
+    for e in &effects {
+        let on = if e.on { "on" } else { "off" };
+        println!("{:<28} {:<4} {:>10} {:>12}  {}", e.name, on, e.stencils, e.bytes, e.reason);
+    }
+    println!(
+        "{} points, {} bytes in all, {:.0} a point",
+        built.geometry.mesh.points(),
+        simulation.heap_bytes(),
+        simulation.heap_bytes() as f64 / built.geometry.mesh.points().max(1) as f64
+    );
+    Ok(ExitCode::SUCCESS)
+}
+
+/// `selvedge schema`
+pub fn schema(markdown: bool) -> Result<ExitCode, Failure> {
+    if markdown {
+        print!("{}", file::key_reference());
+    } else {
+        let text = serde_json::to_string_pretty(&file::json_schema())
+            .map_err(|e| Failure::Other(e.to_string()))?;
+        println!("{text}");
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn assemble(built: &BuiltScene) -> Result<Built, Failure> {
+    let state = State::at_rest(&built.geometry.positions);
+    Ok(built.simulation(state, &built.drape_stage())?)
+}

@@ -1,0 +1,192 @@
+//! Sewing a garment together on its body, in stages, before the drape.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+use selvedge_collision::Body;
+use selvedge_garment::assemble::{AssembleSettings, preassemble};
+use selvedge_integrator::{
+    CurvaturePolicy, NewtonSettings, Outcome, RelaxationSettings, Settings, State, StopSettings,
+};
+
+use crate::build::{Built, BuiltScene, StageOptions};
+use crate::diagnostic::Finding;
+use crate::driver::{Progress, RunError, chain, tick};
+use crate::result::figures;
+use crate::summary::{StageSummary, Status};
+
+/// How an assembly ended.
+pub(crate) enum Assembled {
+    /// The garment is sewn and near its body.
+    Done {
+        /// Where its points are, at rest.
+        state: State,
+        /// The stages.
+        summaries: Vec<StageSummary>,
+    },
+    /// A stage was interrupted or failed.
+    Cut {
+        /// The last state.
+        state: State,
+        /// The stages so far.
+        summaries: Vec<StageSummary>,
+        /// Stopped or failed.
+        status: Status,
+        /// Why.
+        reason: String,
+    },
+}
+
+/// Sews every garment of the scene.
+///
+/// 1. *wrap*: geometry alone closes the seams around the body.
+/// 2. *close seams*: soft fabric, no gravity, no contact of cloth with cloth.
+/// 3. *untangle*: contact of cloth with cloth, still no gravity, until the
+///    fabric has its full stiffness.
+///
+/// Velocities are zero between and after the stages.
+pub(crate) fn assemble(
+    built: &BuiltScene,
+    mut state: State,
+    progress: &mut (dyn Progress + Send),
+    interrupt: &AtomicBool,
+) -> Result<Assembled, RunError> {
+    let mut summaries = vec![wrap(built, &mut state)?];
+    progress.note("assembly: wrapped around the body");
+    for (name, what, stage) in stages(built) {
+        let clock = Instant::now();
+        state.time = 0.0;
+        state.v.fill(0.0);
+        let Built { mut simulation, .. } = built.simulation(state.clone(), &stage)?;
+        let cut = loop {
+            if interrupt.load(Ordering::Relaxed) {
+                break Some((Status::Stopped, format!("interrupted while sewing ({name})")));
+            }
+            match simulation.advance() {
+                Ok(Outcome::Accepted { dt, report }) => {
+                    progress.tick(&tick(name, &simulation, dt, &report));
+                }
+                Ok(Outcome::Rejected { .. }) => {}
+                Ok(Outcome::Ended(_)) => break None,
+                Err(e) => break Some((Status::Failed, format!("{name}: {}", chain(&e)))),
+            }
+        };
+        state = simulation.state().clone();
+        let counters = simulation.counters();
+        summaries.push(summarise(
+            built,
+            &state,
+            StageSummary {
+                simulated_s: state.time,
+                steps: counters.steps,
+                rejected_steps: counters.rejected,
+                ..empty(name, what, clock)
+            },
+        ));
+        if let Some((status, reason)) = cut {
+            return Ok(Assembled::Cut { state, summaries, status, reason });
+        }
+    }
+    state.time = 0.0;
+    state.v.fill(0.0);
+    Ok(Assembled::Done { state, summaries })
+}
+
+fn wrap(built: &BuiltScene, state: &mut State) -> Result<StageSummary, RunError> {
+    let clock = Instant::now();
+    let settings = &built.scene().assemble;
+    let g = &built.geometry;
+    let nearest = |p: [f64; 3]| {
+        let mut best = (f64::MAX, [0.0, 1.0, 0.0]);
+        for b in &built.bodies {
+            let s = b.body.sample(p, 0.0);
+            if s.distance < best.0 {
+                best = (s.distance, s.normal);
+            }
+        }
+        best
+    };
+    for part in &g.parts {
+        let Some(sewn) = &part.garment else { continue };
+        let (r, c) = (&sewn.rotation, &sewn.center);
+        let out = |p: [f64; 3]| -> [f64; 3] {
+            std::array::from_fn(|i| c[i] + (0..3).map(|j| r[i][j] * p[j]).sum::<f64>())
+        };
+        let field = |p: [f64; 3]| {
+            let (distance, n) = nearest(out(p));
+            (distance, std::array::from_fn(|i| (0..3).map(|j| r[j][i] * n[j]).sum()))
+        };
+        let wrapping = AssembleSettings {
+            clearance: settings.clearance,
+            iterations: settings.pre_iterations,
+            ..AssembleSettings::default()
+        };
+        let (placed, _) = preassemble(&sewn.mesh, &field, &wrapping).map_err(|e| {
+            Finding::error("scene::assembly", part.name.as_str(), e.to_string())
+        }).map_err(|f| RunError::Scene(f.into()))?;
+        let (x, _) = state.q.as_chunks_mut::<3>();
+        for (k, p) in placed.into_iter().enumerate() {
+            let point = g.order.new_of_old[part.points.start as usize + k];
+            x[point as usize] = out(p);
+        }
+    }
+    let what = "geometry alone, no forces";
+    Ok(summarise(built, state, empty("wrap", what, clock)))
+}
+
+fn stages(built: &BuiltScene) -> [(&'static str, &'static str, StageOptions); 2] {
+    let a = &built.scene().assemble;
+    let drape = built.drape_stage();
+    let stage = |self_contact: bool, duration: f64, stiffness_start: f64| StageOptions {
+        self_contact,
+        friction: false,
+        gravity: [0.0; 3],
+        settings: Settings {
+            duration,
+            relaxation: RelaxationSettings { duration, step_fraction: 0.25, stiffness_start },
+            stop: StopSettings { early: false, ..drape.settings.stop },
+            ..drape.settings
+        },
+        newton: NewtonSettings { curvature: CurvaturePolicy::Projected, ..drape.newton },
+        drag: None,
+        hold_labels: false,
+    };
+    [
+        (
+            "close seams",
+            "fabric from 1 % stiffness; no gravity, no self-contact, no friction",
+            stage(false, a.seam_time, 1e-2),
+        ),
+        (
+            "untangle",
+            "self-contact; fabric from 10 % stiffness; no gravity, no friction",
+            stage(true, a.settle_time, 0.1),
+        ),
+    ]
+}
+
+fn empty(name: &str, what: &str, clock: Instant) -> StageSummary {
+    StageSummary {
+        name: name.to_owned(),
+        what: what.to_owned(),
+        simulated_s: 0.0,
+        wall_s: clock.elapsed().as_secs_f64(),
+        steps: 0,
+        rejected_steps: 0,
+        max_abs_edge_strain: 0.0,
+        mean_abs_edge_strain: 0.0,
+        max_penetration_m: 0.0,
+        self_intersections: 0,
+    }
+}
+
+fn summarise(built: &BuiltScene, state: &State, summary: StageSummary) -> StageSummary {
+    let f = figures(built, &state.q, 0.0);
+    StageSummary {
+        max_abs_edge_strain: f.max_strain,
+        mean_abs_edge_strain: f.mean_strain,
+        max_penetration_m: f.max_penetration,
+        self_intersections: f.self_intersections,
+        ..summary
+    }
+}

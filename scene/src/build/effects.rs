@@ -1,0 +1,126 @@
+//! The effect plan: what a scene calls for, what it does not, and why.
+
+use selvedge_integrator::{ScenePlan, Settings};
+
+use super::{BuiltScene, StageOptions};
+use crate::effects::EffectRow;
+use crate::file::model::{DampingKind, FrictionModel};
+
+pub(super) fn rows(
+    built: &BuiltScene,
+    stage: &StageOptions,
+    plan: &ScenePlan,
+    settings: &Settings,
+    moves: bool,
+) -> Vec<EffectRow> {
+    let scene = built.scene();
+    let fabrics = &built.geometry.fabrics;
+    let mut rows = Vec::new();
+    let term = |name: &str| {
+        plan.terms.iter().find(|t| t.batch.name() == name).map(|t| {
+            let batch = t.batch.as_ref();
+            (batch.len(), batch.heap_bytes())
+        })
+    };
+    let mut add = |name: &str, on: Option<(usize, usize)>, yes: String, no: &str| {
+        rows.push(match on {
+            Some((stencils, bytes)) => EffectRow::on(name, yes, stencils, bytes),
+            None => EffectRow::off(name, no),
+        });
+    };
+
+    add("membrane", term("membrane"), "there is cloth".into(), "no triangles");
+    add("bending", term("bending"), "triangles share edges".into(), "no two triangles share an edge");
+    let damped = scene.damping.kind != DampingKind::None;
+    let kind = match scene.damping.kind {
+        DampingKind::Rate => "strain-rate potential",
+        DampingKind::Incremental => "incremental potential",
+        DampingKind::None => "none",
+    };
+    for (name, of, times) in [
+        ("membrane damping", "membrane", fabrics.iter().map(|f| f.membrane_damping).collect::<Vec<_>>()),
+        ("bending damping", "bending", fabrics.iter().map(|f| f.bending_damping).collect()),
+    ] {
+        let most = times.into_iter().fold(0.0, f64::max);
+        let on = damped && most > 0.0;
+        // Part of the elastic term's own stencils: no memory of its own.
+        add(
+            name,
+            term(of).filter(|_| on).map(|(stencils, _)| (stencils, 0)),
+            format!("{kind}, {most} s"),
+            if damped { "zero in every fabric" } else { "`damping.kind` is \"none\"" },
+        );
+    }
+    let drag = stage.drag.unwrap_or(fabrics.iter().map(|f| f.drag).fold(0.0, f64::max));
+    add("drag", term("drag"), format!("{drag} 1/s"), "zero in every fabric");
+    let count = plan.terms.iter().filter(|t| t.batch.name() == "attachment").count();
+    let attached = plan.terms.iter().filter(|t| t.batch.name() == "attachment").fold(
+        (0, 0),
+        |(n, b), t| (n + t.batch.len(), b + t.batch.heap_bytes()),
+    );
+    add("seams", term("seam"), "edges sewn with springs".into(), "no seam needs springs");
+    add(
+        "attachments",
+        (count > 0).then_some(attached),
+        "points are held by springs".into(),
+        "nothing is held by springs",
+    );
+    let pinned = plan.pins.as_ref().map(|p| (p.points.len(), 40 * p.points.len()));
+    add("pins", pinned, "points are held exactly".into(), "nothing is pinned");
+    add("trims", None, String::new(), "no buttons");
+
+    let contact = |name: &str| {
+        plan.contacts.iter().find(|c| c.name() == name).map(|c| (c.candidates(), c.heap_bytes()))
+    };
+    add(
+        "body contact",
+        contact("body-contact"),
+        format!("{} bodies", built.bodies.len()),
+        "no bodies",
+    );
+    let (wanted, why) = built.self_contact();
+    let why_not = if wanted { "off in this stage" } else { why };
+    add("self-contact", contact("self-contact"), why.into(), why_not);
+    let rubs = |mu: f64, on: bool| {
+        on && stage.friction && mu > 0.0 && scene.contact.friction_model != FrictionModel::None
+    };
+    let model = match scene.contact.friction_model {
+        FrictionModel::Anchored => "anchored",
+        FrictionModel::Lagged => "lagged",
+        FrictionModel::None => "none",
+    };
+    let mu = scene.body.iter().map(|b| b.friction).fold(0.0, f64::max);
+    add(
+        "friction on bodies",
+        rubs(mu, !built.bodies.is_empty()).then_some((0, 0)),
+        format!("{model}, coefficient up to {mu}"),
+        "no body with friction",
+    );
+    let mu = scene.contact.friction;
+    add(
+        "friction of cloth on cloth",
+        rubs(mu, wanted && stage.self_contact).then_some((0, 0)),
+        format!("{model}, coefficient {mu}"),
+        "no self-contact, or no friction",
+    );
+    let r = &settings.relaxation;
+    add(
+        "initial relaxation",
+        (r.duration > 0.0).then_some((0, 0)),
+        format!("{} s, stiffness from {}", r.duration, r.stiffness_start),
+        "`relaxation.enabled` is false",
+    );
+    let early = if moves { "something moves" } else { "`stop.early` is false" };
+    add(
+        "early stop",
+        settings.stop.early.then_some((0, 0)),
+        format!("{}th percentile below {} J", settings.stop.percentile, settings.stop.kinetic_energy),
+        early,
+    );
+    add("sliding yarns", None, String::new(), "no yarns");
+    add("error estimate", None, String::new(), "not asked for");
+    let o = &scene.output;
+    add("recording", o.recording.then_some((0, 0)), format!("{} frames a second", o.frame_rate), "`output.recording` is false");
+    add("report", o.report.then_some((0, 0)), "one HTML file".into(), "`output.report` is false");
+    rows
+}

@@ -1,0 +1,292 @@
+//! Pins and attachments of a scene.
+
+use std::sync::Arc;
+
+use selvedge_integrator::{Pins, Term, Trajectory};
+use selvedge_linsolve::BlockFilter;
+use selvedge_shell_model::{SharedTargets, attachment_term};
+
+use super::bodies::BuiltBody;
+use super::geometry::{Geometry, Part};
+use crate::diagnostic::Diagnostics;
+use crate::file::Parsed;
+use crate::file::model::{Corner, DenseKey, Edge, Interpolation, PinKind, Select, dense_keys};
+use crate::motion::Motion;
+
+/// Points of a piece, in the scene's order.
+fn select(part: &Part, select: &Select, positions: &[[f64; 3]]) -> Result<Vec<u32>, String> {
+    let of_sheet = || {
+        part.material.as_deref().ok_or_else(|| {
+            format!("cloth `{}` is no sheet and has no corners or edges of this kind", part.name)
+        })
+    };
+    let chosen: Vec<u32> = match select {
+        Select::Corner(corner) => {
+            let m = of_sheet()?;
+            let nearest = |u: f64, v: f64| {
+                let size = extent(m);
+                let far = |p: &[f64; 2]| (p[0] - u * size[0]).hypot(p[1] - v * size[1]);
+                let best = (0..m.len()).min_by(|a, b| far(&m[*a]).total_cmp(&far(&m[*b])));
+                best.map(|i| part.points.start + i as u32)
+            };
+            let corners: &[[f64; 2]] = match corner {
+                Corner::All => &[[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]],
+                Corner::TopLeft => &[[0.0, 1.0]],
+                Corner::TopRight => &[[1.0, 1.0]],
+                Corner::BottomLeft => &[[0.0, 0.0]],
+                Corner::BottomRight => &[[1.0, 0.0]],
+            };
+            corners.iter().filter_map(|c| nearest(c[0], c[1])).collect()
+        }
+        Select::Edge(edge) => {
+            let m = of_sheet()?;
+            let size = extent(m);
+            let close = |a: f64, b: f64, s: f64| (a - b).abs() < 1e-9 * s;
+            let on = |p: &[f64; 2]| {
+                let left = close(p[0], 0.0, size[0]);
+                let right = close(p[0], size[0], size[0]);
+                let bottom = close(p[1], 0.0, size[1]);
+                let top = close(p[1], size[1], size[1]);
+                match edge {
+                    Edge::Left => left,
+                    Edge::Right => right,
+                    Edge::Bottom => bottom,
+                    Edge::Top => top,
+                    Edge::All => left || right || bottom || top,
+                }
+            };
+            let all = (0..m.len()).filter(|i| on(&m[*i]));
+            all.map(|i| part.points.start + i as u32).collect()
+        }
+        Select::Box { min, max } => part
+            .points
+            .clone()
+            .filter(|&p| {
+                let x = positions[p as usize];
+                (0..3).all(|i| min[i] <= x[i] && x[i] <= max[i])
+            })
+            .collect(),
+        Select::Points(list) => {
+            let count = part.points.len() as u32;
+            if let Some(p) = list.iter().find(|p| **p >= count) {
+                return Err(format!(
+                    "point {p} does not exist; cloth `{}` has points 0 to {}",
+                    part.name,
+                    count.saturating_sub(1)
+                ));
+            }
+            list.iter().map(|p| part.points.start + p).collect()
+        }
+        Select::Label(label) => part.labels.get(label).cloned().ok_or_else(|| {
+            let known: Vec<&str> = part.labels.keys().map(String::as_str).collect();
+            format!(
+                "no edge is labelled `{label}`; cloth `{}` has {}",
+                part.name,
+                if known.is_empty() { "no labels".into() } else { known.join(", ") }
+            )
+        })?,
+        Select::Nearest { to, within } => {
+            let far = |p: u32| {
+                let x = positions[p as usize];
+                (0..3).map(|i| (x[i] - to[i]).powi(2)).sum::<f64>().sqrt()
+            };
+            let nearest = part.points.clone().min_by(|a, b| far(*a).total_cmp(&far(*b)));
+            part.points.clone().filter(|&p| Some(p) == nearest || far(p) <= *within).collect()
+        }
+    };
+    if chosen.is_empty() {
+        return Err(format!("no point of cloth `{}` is selected", part.name));
+    }
+    Ok(chosen)
+}
+
+fn extent(material: &[[f64; 2]]) -> [f64; 2] {
+    material.iter().fold([0.0; 2], |m, p| [f64::max(m[0], p[0]), f64::max(m[1], p[1])])
+}
+
+/// Points that follow rigid motions from where they start.
+pub struct Followers {
+    start: Vec<[f64; 3]>,
+    motion: Vec<Option<Arc<Motion>>>,
+}
+
+impl Trajectory for Followers {
+    fn position(&self, k: usize, time: f64) -> [f64; 3] {
+        match &self.motion[k] {
+            None => self.start[k],
+            Some(motion) => motion.place(self.start[k], time),
+        }
+    }
+}
+
+impl Followers {
+    fn moves(&self) -> bool {
+        self.motion.iter().any(Option::is_some)
+    }
+}
+
+fn motion(
+    keys: &[crate::file::model::Keyframe],
+    interpolation: Interpolation,
+    pivot: Option<[f64; 3]>,
+    points: &[[f64; 3]],
+) -> Option<Arc<Motion>> {
+    let keys: Vec<DenseKey> = dense_keys(keys);
+    if keys.is_empty() {
+        return None;
+    }
+    let middle = || {
+        let n = points.len() as f64;
+        std::array::from_fn(|i| points.iter().map(|p| p[i]).sum::<f64>() / n)
+    };
+    let pivot = pivot.unwrap_or_else(middle);
+    Some(Arc::new(Motion::new(keys, pivot, interpolation == Interpolation::Eased)))
+}
+
+/// Pins of a scene, and whether any moves.
+pub struct BuiltPins {
+    /// For the plan.
+    pub pins: Pins,
+    /// Whether any pin moves.
+    pub moves: bool,
+}
+
+/// Builds the pins, or `None` when the scene has none.
+///
+/// # Errors
+/// All findings, when one is an error.
+pub fn pins(parsed: &Parsed, geometry: &Geometry) -> Result<Option<BuiltPins>, Diagnostics> {
+    let mut findings = Diagnostics::new();
+    let mut filter = BlockFilter::new();
+    let mut points = Vec::new();
+    let mut followers = Followers { start: Vec::new(), motion: Vec::new() };
+    let scene_positions = geometry.to_scene(&geometry.positions);
+    for (i, pin) in parsed.scene.pin.iter().enumerate() {
+        let path = format!("pin.{i}");
+        let Some(part) = geometry.part(&pin.cloth) else { continue };
+        let chosen = match select(part, &pin.select, &scene_positions) {
+            Ok(chosen) => chosen,
+            Err(message) => {
+                let path = format!("{path}.select");
+                findings.push(parsed.locations.error("scene::pin", &path, message));
+                continue;
+            }
+        };
+        let places: Vec<[f64; 3]> = chosen.iter().map(|p| scene_positions[*p as usize]).collect();
+        let motion = motion(&pin.motion, pin.interpolation, pin.pivot, &places);
+        for (&p, place) in chosen.iter().zip(places) {
+            let point = geometry.order.new_of_old[p as usize];
+            let added = match pin.kind {
+                PinKind::Fixed {} => filter.fix(point, [0.0; 3]),
+                PinKind::Plane { normal } => filter.constrain(point, normal, 0.0),
+                PinKind::Line { direction } => filter.line(point, direction),
+            };
+            if let Err(e) = added {
+                findings.push(parsed.locations.error("scene::pin", &path, e.to_string()));
+                break;
+            }
+            points.push(point);
+            followers.start.push(place);
+            followers.motion.push(motion.clone());
+        }
+    }
+    if findings.has_errors() {
+        return Err(findings);
+    }
+    if points.is_empty() {
+        return Ok(None);
+    }
+    let moves = followers.moves();
+    Ok(Some(BuiltPins { pins: Pins { filter, points, trajectory: Box::new(followers) }, moves }))
+}
+
+/// Springs of one `[[attachment]]` or of held labels, with their moving ends.
+pub struct BuiltAttachment {
+    /// For the plan, which takes it.
+    pub term: Option<Term>,
+    /// Where the other ends are; updated by the driver as they move.
+    pub targets: SharedTargets,
+    follow: Followers,
+    body: Option<Arc<dyn selvedge_collision::Body>>,
+    local: Vec<[f64; 3]>,
+}
+
+impl BuiltAttachment {
+    /// Whether the other ends move.
+    pub fn moves(&self) -> bool {
+        self.body.is_some() || self.follow.moves()
+    }
+
+    /// Moves the other ends to their places at a time [s].
+    pub fn update(&self, time: f64) {
+        self.targets.update(|k, _| match &self.body {
+            Some(body) => body.from_body(self.local[k], time),
+            None => self.follow.position(k, time),
+        });
+    }
+}
+
+/// Builds the attachments.
+///
+/// # Errors
+/// All findings, when one is an error.
+pub fn attachments(
+    parsed: &Parsed,
+    geometry: &Geometry,
+    bodies: &[BuiltBody],
+) -> Result<Vec<BuiltAttachment>, Diagnostics> {
+    let mut findings = Diagnostics::new();
+    let mut built = Vec::new();
+    let scene_positions = geometry.to_scene(&geometry.positions);
+    for (i, spec) in parsed.scene.attachment.iter().enumerate() {
+        let path = format!("attachment.{i}");
+        let Some(part) = geometry.part(&spec.cloth) else { continue };
+        let chosen = match select(part, &spec.select, &scene_positions) {
+            Ok(chosen) => chosen,
+            Err(message) => {
+                let path = format!("{path}.select");
+                findings.push(parsed.locations.error("scene::attachment", &path, message));
+                continue;
+            }
+        };
+        let start: Vec<[f64; 3]> = chosen.iter().map(|p| scene_positions[*p as usize]).collect();
+        let points: Vec<u32> =
+            chosen.iter().map(|p| geometry.order.new_of_old[*p as usize]).collect();
+        let body = spec
+            .body
+            .as_ref()
+            .and_then(|name| bodies.iter().find(|b| b.name == *name))
+            .filter(|b| b.moves)
+            .map(|b| b.body.clone());
+        let motion = motion(&spec.motion, spec.interpolation, spec.pivot, &start);
+        match attachment(&points, spec.stiffness, start, motion, body) {
+            Ok(attachment) => built.push(attachment),
+            Err(e) => findings.push(parsed.locations.error("scene::attachment", &path, e)),
+        }
+    }
+    if findings.has_errors() {
+        return Err(findings);
+    }
+    Ok(built)
+}
+
+/// Springs from `points` (solver's order) to where they are, `start`.
+///
+/// # Errors
+/// A message when the arrays do not fit.
+pub fn attachment(
+    points: &[u32],
+    stiffness: f64,
+    start: Vec<[f64; 3]>,
+    motion: Option<Arc<Motion>>,
+    body: Option<Arc<dyn selvedge_collision::Body>>,
+) -> Result<BuiltAttachment, String> {
+    let local = match &body {
+        Some(body) => start.iter().map(|p| body.to_body(*p, 0.0)).collect(),
+        None => Vec::new(),
+    };
+    let targets = SharedTargets::new(start.clone());
+    let term = attachment_term(points, stiffness, targets.clone()).map_err(|e| e.to_string())?;
+    let follow = Followers { motion: vec![motion; start.len()], start };
+    Ok(BuiltAttachment { term: Some(Term::fixed(term)), targets, follow, body, local })
+}

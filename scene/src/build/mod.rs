@@ -1,0 +1,321 @@
+//! From a scene file to a simulation that holds what the scene calls for.
+
+mod bodies;
+mod effects;
+mod geometry;
+mod holds;
+mod system;
+
+use std::sync::Arc;
+
+use selvedge_collision::{
+    Aabb, Body, BodyContact, CollisionError, CollisionMesh, ContactQuadratic, ContactSource,
+    ContactStiffness, Friction, FrictionAnchored, FrictionLagged, SelfContact,
+};
+use selvedge_energy::DofLayout;
+use selvedge_integrator::{
+    BackwardEuler, ControlSettings, CurvaturePolicy, Inertia, NewtonSettings, RelaxationSettings,
+    ResidualNorm, ScenePlan, Settings, Simulation, State, StopSettings, Term,
+};
+use selvedge_shell_model::{
+    BendingOptions, DampingKind, SharedScalar, bending_term, drag_term, lumped_masses,
+    membrane_term, seam_term,
+};
+
+use crate::diagnostic::{Diagnostics, Finding};
+use crate::effects::EffectRow;
+use crate::file::model::{self, FrictionModel, ResidualNormKind, Switch};
+use crate::file::{Parsed, SceneFile};
+
+pub use bodies::BuiltBody;
+pub use geometry::{Geometry, Part};
+pub use holds::BuiltAttachment;
+pub use system::broad_phase;
+
+/// A scene whose inputs have been read: meshes, bodies, fabrics.
+pub struct BuiltScene {
+    /// The scene file.
+    pub parsed: Parsed,
+    /// All cloth.
+    pub geometry: Geometry,
+    /// All obstacles.
+    pub bodies: Vec<BuiltBody>,
+    /// Findings that do not stop a run.
+    pub warnings: Diagnostics,
+}
+
+/// What differs between the stages of a garment's assembly and the drape.
+#[derive(Clone, Debug)]
+pub struct StageOptions {
+    /// Whether cloth collides with itself, where the scene lets it.
+    pub self_contact: bool,
+    /// Whether friction acts.
+    pub friction: bool,
+    /// Gravity [m/s²].
+    pub gravity: [f64; 3],
+    /// Steps, relaxation, stop.
+    pub settings: Settings,
+    /// Newton's method.
+    pub newton: NewtonSettings,
+    /// Drag instead of the fabrics' own [1/s].
+    pub drag: Option<f64>,
+    /// Whether points of held labels are attached to where they are.
+    pub hold_labels: bool,
+}
+
+/// A simulation and what moves with it.
+pub struct Built {
+    /// The simulation.
+    pub simulation: Simulation,
+    /// Springs whose other ends may move.
+    pub attachments: Vec<BuiltAttachment>,
+    /// What is on and off, and why.
+    pub effects: Vec<EffectRow>,
+}
+
+impl BuiltScene {
+    /// Reads and meshes everything that the scene names.
+    ///
+    /// # Errors
+    /// All findings, when one is an error.
+    pub fn new(parsed: Parsed) -> Result<Self, Diagnostics> {
+        let mut warnings = parsed.warnings.clone();
+        let geometry = Geometry::new(&parsed, &mut warnings)?;
+        let around = Aabb::of_points(&geometry.positions);
+        let bodies = bodies::build(&parsed, &around, &mut warnings)?;
+        Ok(Self { parsed, geometry, bodies, warnings })
+    }
+
+    /// The scene file's values.
+    pub fn scene(&self) -> &SceneFile {
+        &self.parsed.scene
+    }
+
+    /// The stage that the scene file describes: the drape itself.
+    pub fn drape_stage(&self) -> StageOptions {
+        let scene = self.scene();
+        let i = &scene.integrator;
+        let r = &scene.relaxation;
+        let s = &scene.stop;
+        StageOptions {
+            self_contact: true,
+            friction: true,
+            gravity: scene.simulation.gravity,
+            settings: Settings {
+                duration: scene.simulation.duration,
+                control: ControlSettings {
+                    max_step: i.max_step,
+                    splitting: i.step_splitting,
+                    recovery_steps: i.recovery_steps,
+                    min_step_fraction: (i.min_step / i.max_step).min(0.5),
+                },
+                relaxation: if r.enabled {
+                    RelaxationSettings {
+                        duration: r.duration,
+                        step_fraction: r.step_fraction,
+                        stiffness_start: r.stiffness_start,
+                    }
+                } else {
+                    RelaxationSettings::OFF
+                },
+                stop: StopSettings {
+                    early: s.early,
+                    percentile: s.percentile,
+                    kinetic_energy: s.kinetic_energy,
+                    window: s.window,
+                },
+            },
+            newton: NewtonSettings {
+                tolerance: i.newton_tolerance,
+                iterations: i.newton_iterations,
+                line_search_tries: i.line_search_halvings,
+                norm: match i.residual_norm {
+                    ResidualNormKind::Mass => ResidualNorm::Mass,
+                    ResidualNormKind::Paper => ResidualNorm::Paper,
+                },
+                curvature: match i.curvature {
+                    model::CurvatureKind::Auto => CurvaturePolicy::Auto,
+                    model::CurvatureKind::Exact => CurvaturePolicy::Exact,
+                    model::CurvatureKind::Projected => CurvaturePolicy::Projected,
+                },
+            },
+            drag: None,
+            hold_labels: true,
+        }
+    }
+
+    /// Puts the simulation of a stage together, from a state in the solver's
+    /// order.
+    ///
+    /// # Errors
+    /// All findings, when one is an error.
+    pub fn simulation(&self, state: State, stage: &StageOptions) -> Result<Built, Diagnostics> {
+        let scene = self.scene();
+        let refuse = |message: String| -> Diagnostics {
+            Finding::error("scene::plan", self.parsed.locations.name(), message).into()
+        };
+        let g = &self.geometry;
+        let mut fabrics = g.fabrics.clone();
+        if let Some(drag) = stage.drag {
+            for f in &mut fabrics {
+                f.drag = drag;
+            }
+        }
+        let damping = match scene.damping.kind {
+            model::DampingKind::Rate => DampingKind::Rate,
+            model::DampingKind::Incremental => DampingKind::Incremental,
+            model::DampingKind::None => DampingKind::Off,
+        };
+        let model_error = |e: selvedge_shell_model::ModelError| refuse(e.to_string());
+        let masses = lumped_masses(&g.mesh, &fabrics).map_err(model_error)?;
+        let mut terms = Vec::new();
+        let membrane = membrane_term(&g.mesh, &fabrics, damping).map_err(model_error)?;
+        terms.push(Term::fabric(membrane));
+        let options = BendingOptions { damping, ..BendingOptions::default() };
+        let bending = bending_term(&g.mesh, &fabrics, &options).map_err(model_error)?;
+        if !bending.is_empty() {
+            terms.push(Term::fabric(bending));
+        }
+        if let Some(drag) = drag_term(&g.mesh, &fabrics).map_err(model_error)? {
+            terms.push(Term::fixed(drag));
+        }
+        if !g.spring_seams.is_empty() {
+            let stiffness = SharedScalar::new(scene.assemble.seam_stiffness);
+            terms.push(Term::fixed(seam_term(&g.spring_seams, stiffness)));
+        }
+        let mut attachments = holds::attachments(&self.parsed, g, &self.bodies)?;
+        if stage.hold_labels {
+            attachments.extend(self.held_labels(&state)?);
+        }
+        for attachment in &mut attachments {
+            if let Some(term) = attachment.term.take() {
+                terms.push(term);
+            }
+        }
+        let pins = holds::pins(&self.parsed, g)?;
+        let moves = pins.as_ref().is_some_and(|p| p.moves)
+            || attachments.iter().any(BuiltAttachment::moves)
+            || self.bodies.iter().any(|b| b.moves);
+
+        let collision_error = |e: CollisionError| refuse(e.to_string());
+        let contacts = self.contacts(stage, &masses, pins.as_ref()).map_err(collision_error)?;
+        let system =
+            system::system(scene, &terms, &masses).map_err(|e| refuse(e.to_string()))?;
+        let plan = ScenePlan {
+            layout: DofLayout::points(g.mesh.points()),
+            inertia: Inertia { masses, gravity: stage.gravity },
+            terms,
+            contacts,
+            pins: pins.map(|p| p.pins),
+            system,
+        };
+        let integrator = BackwardEuler::new(stage.newton).map_err(|e| refuse(e.to_string()))?;
+        let mut settings = stage.settings;
+        // Rest says nothing while something is going to move.
+        settings.stop.early &= !moves;
+        let effects = effects::rows(self, stage, &plan, &settings, moves);
+        let simulation = Simulation::new(plan, state, Box::new(integrator), settings)
+            .map_err(|e| refuse(e.to_string()))?;
+        Ok(Built { simulation, attachments, effects })
+    }
+
+    /// Whether cloth may touch itself, and why.
+    pub fn self_contact(&self) -> (bool, &'static str) {
+        match self.scene().contact.self_contact {
+            Switch::On => (true, "the scene says so"),
+            Switch::Off => (false, "the scene says so"),
+            Switch::Auto if self.geometry.sewn => (true, "a sewn garment touches itself"),
+            Switch::Auto if self.geometry.parts.len() > 1 => {
+                (true, "there are several pieces of cloth")
+            }
+            Switch::Auto if !self.bodies.is_empty() => (true, "cloth on a body can fold onto itself"),
+            Switch::Auto => (false, "a single piece without a body"),
+        }
+    }
+
+    fn contacts(
+        &self,
+        stage: &StageOptions,
+        masses: &[f64],
+        pins: Option<&holds::BuiltPins>,
+    ) -> Result<Vec<Box<dyn ContactSource>>, CollisionError> {
+        let c = &self.scene().contact;
+        let friction = |coefficient: f64| match c.friction_model {
+            _ if !stage.friction || coefficient <= 0.0 => None,
+            FrictionModel::None => None,
+            FrictionModel::Anchored => {
+                Some(Friction::Anchored(FrictionAnchored::new(coefficient)))
+            }
+            FrictionModel::Lagged => Some(Friction::Lagged(FrictionLagged::new(coefficient))),
+        };
+        let quadratic = |base: ContactQuadratic, thickness: f64| {
+            let stiffness = ContactStiffness::PerPair(c.stiffness);
+            Box::new(ContactQuadratic { thickness, stiffness, ..base })
+        };
+        let mut contacts: Vec<Box<dyn ContactSource>> = Vec::new();
+        if !self.bodies.is_empty() {
+            let bodies: Vec<Arc<dyn Body>> = self.bodies.iter().map(|b| b.body.clone()).collect();
+            let most = self.scene().body.iter().map(|b| b.friction).fold(0.0, f64::max);
+            let mut contact = BodyContact::new(masses.len(), bodies)
+                .with_potential(quadratic(ContactQuadratic::body(), c.body_thickness));
+            if let Some(friction) = friction(most) {
+                contact = contact.with_friction(friction, masses)?;
+            }
+            if let Some(pins) = pins {
+                let filter = &pins.pins.filter;
+                let free = (0..masses.len() as u32).filter(|p| filter.rank(*p) < 3).collect();
+                contact = contact.with_points(free)?;
+            }
+            contacts.push(Box::new(contact));
+        }
+        if stage.self_contact && self.self_contact().0 {
+            let g = &self.geometry;
+            let links: Vec<[u32; 2]> =
+                g.spring_seams.iter().flat_map(|(p, e, _)| e.map(|e| [*p, e])).collect();
+            let mesh = CollisionMesh::new(
+                g.mesh.points(),
+                g.mesh.triangles().to_vec(),
+                g.mesh.material(),
+                &links,
+                c.thickness,
+            )?;
+            let mut contact = SelfContact::new(mesh)
+                .with_backend(system::backend(c.broad_phase))
+                .with_potential(quadratic(ContactQuadratic::cloth(), c.thickness));
+            if let Some(friction) = friction(c.friction) {
+                contact = contact.with_friction(friction, masses)?;
+            }
+            contacts.push(Box::new(contact));
+        }
+        Ok(contacts)
+    }
+
+    /// Springs at the points of labels that the pattern's cloth holds.
+    fn held_labels(&self, state: &State) -> Result<Vec<BuiltAttachment>, Diagnostics> {
+        let g = &self.geometry;
+        let (x, _) = state.q.as_chunks::<3>();
+        let mut held = Vec::new();
+        for (i, part) in g.parts.iter().enumerate() {
+            for label in &part.hold {
+                let path = format!("cloth.{i}.hold");
+                let Some(points) = part.labels.get(label) else {
+                    let known: Vec<&str> = part.labels.keys().map(String::as_str).collect();
+                    let message =
+                        format!("no edge is labelled `{label}`; there are {}", known.join(", "));
+                    return Err(self.parsed.locations.error("scene::hold", &path, message).into());
+                };
+                let points: Vec<u32> =
+                    points.iter().map(|p| g.order.new_of_old[*p as usize]).collect();
+                let start = points.iter().map(|p| x[*p as usize]).collect();
+                let body = self.bodies.iter().find(|b| b.moves).map(|b| b.body.clone());
+                let built = holds::attachment(&points, HOLD_STIFFNESS, start, None, body)
+                    .map_err(|m| self.parsed.locations.error("scene::hold", &path, m))?;
+                held.push(built);
+            }
+        }
+        Ok(held)
+    }
+}
+
+/// Stiffness of the springs that hold a labelled edge to the body [N/m].
+const HOLD_STIFFNESS: f64 = 100.0;

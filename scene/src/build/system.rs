@@ -1,0 +1,102 @@
+//! Names in a scene file to components.
+
+use selvedge_collision::{
+    BroadPhase, BruteForce, BvhParry, CollisionBackend, HashGrid, ProximityBackend,
+};
+use selvedge_integrator::{
+    AssemblyOptions, DualSystem, NewtonSystem, PlanError, ReassembledSystem, Scatter, Term,
+};
+use selvedge_linsolve::{
+    BlockFilter, Filter, LinearSolver, LinsolveError, MpcgSettings, NoFilter, Real, StopNorm, solver_by_name,
+};
+
+use crate::file::SceneFile;
+use crate::file::model::{
+    self, BroadPhaseKind, MatrixKind, Precision, PreconditionerKind, ResidualNormKind, SolverKind,
+};
+
+/// Newton's matrix and solver as the scene names them.
+///
+/// # Errors
+/// [`PlanError`] for what the components refuse.
+pub fn system(
+    scene: &SceneFile,
+    terms: &[Term],
+    masses: &[f64],
+) -> Result<Box<dyn NewtonSystem>, PlanError> {
+    match scene.solver.precision {
+        Precision::F64 => with_precision::<f64>(scene, terms, masses),
+        Precision::Mixed | Precision::F32 => with_precision::<f32>(scene, terms, masses),
+    }
+}
+
+fn with_precision<T: Real>(
+    scene: &SceneFile,
+    terms: &[Term],
+    masses: &[f64],
+) -> Result<Box<dyn NewtonSystem>, PlanError>
+where
+    BlockFilter: Filter<T>,
+    NoFilter: Filter<T>,
+{
+    let options = AssemblyOptions {
+        scatter: match scene.assembly.scatter {
+            model::Scatter::Coloured => Scatter::Coloured,
+            model::Scatter::Atomics => Scatter::Atomics,
+        },
+        chunk: scene.assembly.chunk,
+    };
+    let solver = solver::<T>(scene, masses)?;
+    Ok(match scene.solver.matrix {
+        MatrixKind::Dual => Box::new(DualSystem::new(masses.len(), terms, options, solver)?),
+        MatrixKind::Reassembled => {
+            Box::new(ReassembledSystem::new(masses.len(), terms, options, solver)?)
+        }
+    })
+}
+
+fn solver<T: Real>(
+    scene: &SceneFile,
+    masses: &[f64],
+) -> Result<Box<dyn LinearSolver<T>>, LinsolveError> {
+    // An inexact step is a descent direction only in the norm of its residual.
+    let norm = match scene.integrator.residual_norm {
+        ResidualNormKind::Mass => {
+            StopNorm::Weighted(masses.iter().flat_map(|m| [1.0 / m; 3]).collect())
+        }
+        ResidualNormKind::Paper => StopNorm::Euclidean,
+    };
+    let settings = MpcgSettings {
+        tolerance: scene.solver.tolerance,
+        max_iterations: scene.solver.max_iterations,
+        norm,
+        ..MpcgSettings::default()
+    };
+    let kind = match scene.solver.kind {
+        SolverKind::Cg => "cg",
+        SolverKind::Direct => "direct",
+        SolverKind::Refined => "refined",
+    };
+    let preconditioner = match scene.solver.preconditioner {
+        PreconditionerKind::None => "none",
+        PreconditionerKind::Diagonal => "diagonal",
+        PreconditionerKind::BlockJacobi => "block-jacobi",
+        PreconditionerKind::IncompleteCholesky => "block-ic",
+        PreconditionerKind::Chebyshev => "chebyshev",
+    };
+    solver_by_name::<T>(kind, preconditioner, settings)
+}
+
+/// The broad phase that the scene names.
+pub fn broad_phase(kind: BroadPhaseKind) -> Box<dyn BroadPhase> {
+    match kind {
+        BroadPhaseKind::Bvh => Box::new(BvhParry::new()),
+        BroadPhaseKind::Grid => Box::new(HashGrid::new()),
+        BroadPhaseKind::BruteForce => Box::new(BruteForce),
+    }
+}
+
+/// The collision back-end on the broad phase that the scene names.
+pub fn backend(kind: BroadPhaseKind) -> Box<dyn CollisionBackend> {
+    Box::new(ProximityBackend::new(broad_phase(kind)))
+}

@@ -1,0 +1,212 @@
+//! What a run leaves: figures at the end, and the files.
+
+use std::path::Path;
+use std::time::Duration;
+
+use selvedge_collision::{ContactResponse, self_intersections};
+use selvedge_energy::EvalPoint;
+use selvedge_integrator::{Simulation, StepReport};
+use selvedge_record::Surface;
+use selvedge_record::export::write_obj;
+use selvedge_shell_model::strain::{edge_strain, principal_stretches};
+
+use crate::build::{BuiltScene, broad_phase};
+use crate::driver::RunError;
+use crate::effects::EffectRow;
+use crate::process;
+use crate::summary::{SUMMARY_SCHEMA, StageSummary, Status, Summary};
+
+pub(crate) struct Inputs<'a> {
+    pub built: &'a BuiltScene,
+    pub simulation: &'a Simulation,
+    pub status: Status,
+    pub reason: String,
+    pub effects: Vec<EffectRow>,
+    pub assembly: Vec<StageSummary>,
+    pub last: &'a StepReport,
+    pub threads: usize,
+    pub wall: Duration,
+    pub cpu: f64,
+    pub version: &'a str,
+}
+
+/// Geometric figures of a state, in the solver's order.
+pub(crate) struct Figures {
+    pub max_penetration: f64,
+    pub self_intersections: usize,
+    pub max_strain: f64,
+    pub mean_strain: f64,
+    pub max_seam_gap: f64,
+}
+
+pub(crate) fn figures(built: &BuiltScene, q: &[f64], time: f64) -> Figures {
+    let g = &built.geometry;
+    let (points, _) = q.as_chunks::<3>();
+    let mut deepest = 0.0_f64;
+    let mut samples = Vec::new();
+    for body in &built.bodies {
+        samples.clear();
+        body.body.sample_many(points, time, &mut samples);
+        for s in &samples {
+            deepest = deepest.max(-s.distance);
+        }
+    }
+    let strain = edge_strain(&g.mesh, q);
+    let mut broad = broad_phase(built.scene().contact.broad_phase);
+    let crossings = self_intersections(q, g.mesh.triangles(), broad.as_mut());
+    let gap = g.spring_seams.iter().map(|&(p, [a, b], w)| {
+        let (p, a, b) = (points[p as usize], points[a as usize], points[b as usize]);
+        (0..3).map(|i| (p[i] - (1.0 - w) * a[i] - w * b[i]).powi(2)).sum::<f64>().sqrt()
+    });
+    Figures {
+        max_penetration: deepest,
+        self_intersections: crossings.len(),
+        max_strain: strain.max_abs,
+        mean_strain: strain.mean_abs,
+        max_seam_gap: gap.fold(0.0, f64::max),
+    }
+}
+
+/// Values over the cloth at the end, in the scene's order.
+pub(crate) struct Maps {
+    pub contact_force: Vec<f64>,
+    pub stretches: Vec<[f64; 2]>,
+    pub body_distance: Vec<f64>,
+}
+
+pub(crate) fn maps(built: &BuiltScene, simulation: &mut Simulation) -> Maps {
+    let g = &built.geometry;
+    let state = simulation.state().clone();
+    let (points, _) = state.q.as_chunks::<3>();
+    let mut response = ContactResponse::default();
+    let at = EvalPoint {
+        layout: state.layout,
+        q: &state.q,
+        q_start: &state.q,
+        dt: simulation.settings().control.max_step,
+    };
+    for contact in &mut simulation.plan_mut().contacts {
+        // A contact that cannot be evaluated leaves its part of the map empty.
+        let _ = contact.evaluate(&at, false, &mut response);
+    }
+    let size = |f: &[f64; 3]| f[0].hypot(f[1]).hypot(f[2]);
+    let mut force = vec![0.0; points.len()];
+    for ((nodes, weights), f) in response.nodes.iter().zip(&response.weights).zip(&response.force) {
+        for (&n, w) in nodes.iter().zip(weights) {
+            if *w != 0.0 {
+                force[n as usize] += w.abs() * size(f);
+            }
+        }
+    }
+    for (&n, f) in response.body_nodes.iter().zip(&response.body_force) {
+        force[n as usize] += size(f);
+    }
+    let mut distance = vec![f64::INFINITY; if built.bodies.is_empty() { 0 } else { points.len() }];
+    let mut samples = Vec::new();
+    for body in &built.bodies {
+        samples.clear();
+        body.body.sample_many(points, state.time, &mut samples);
+        for (d, s) in distance.iter_mut().zip(&samples) {
+            *d = d.min(s.distance);
+        }
+    }
+    let solver = principal_stretches(&g.mesh, &state.q);
+    let mut stretches = vec![[1.0; 2]; solver.len()];
+    for (s, &t) in solver.iter().zip(&g.triangle_order) {
+        stretches[t as usize] = *s;
+    }
+    let body_distance = if distance.is_empty() { distance } else { g.to_scene(&distance) };
+    Maps { contact_force: g.to_scene(&force), stretches, body_distance }
+}
+
+pub(crate) fn summary(i: Inputs<'_>) -> Summary {
+    let state = i.simulation.state();
+    let figures = figures(i.built, &state.q, state.time);
+    let counters = i.simulation.counters();
+    Summary {
+        schema: SUMMARY_SCHEMA,
+        status: i.status,
+        reason: i.reason,
+        simulated_s: state.time,
+        wall_s: i.wall.as_secs_f64(),
+        cpu_s: i.cpu,
+        threads: i.threads,
+        steps: counters.steps,
+        rejected_steps: counters.rejected,
+        newton_iterations: counters.newton_iterations,
+        linear_iterations: counters.linear_iterations,
+        points: state.layout.points,
+        scalars: state.layout.scalars,
+        triangles: i.built.geometry.mesh.triangles().len(),
+        peak_memory_bytes: process::peak_memory_bytes(),
+        simulation_bytes: i.simulation.heap_bytes(),
+        max_penetration_m: figures.max_penetration,
+        self_intersections: figures.self_intersections,
+        max_abs_edge_strain: figures.max_strain,
+        mean_abs_edge_strain: figures.mean_strain,
+        max_seam_gap_m: figures.max_seam_gap,
+        kinetic_energy_j: state.kinetic_energy(&i.simulation.plan().inertia.masses),
+        residual: i.last.residual,
+        error_estimate: None,
+        stages: i
+            .simulation
+            .ledger()
+            .entries()
+            .iter()
+            .map(|e| (e.name.clone(), e.time.as_secs_f64()))
+            .collect(),
+        assembly: i.assembly,
+        effects: i.effects,
+        settings: i.built.scene().effective(),
+        version: i.version.to_owned(),
+        final_state_hash: state_hash(&state.q, &state.v),
+        warnings: i.built.warnings.findings().iter().map(ToString::to_string).collect(),
+    }
+}
+
+/// BLAKE3 of the exact bits of positions and velocities.
+pub(crate) fn state_hash(q: &[f64], v: &[f64]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    for x in q.iter().chain(v) {
+        hasher.update(&x.to_le_bytes());
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
+pub(crate) fn write(
+    directory: &Path,
+    built: &BuiltScene,
+    positions: &[f64],
+    summary: &Summary,
+) -> Result<(), RunError> {
+    let g = &built.geometry;
+    let surface = Surface {
+        positions,
+        points: g.mesh.points(),
+        triangles: &g.scene_triangles,
+        material: &g.scene_material,
+        panels: &g.scene_panel,
+        panel_names: &g.panel_names,
+    };
+    write_obj(&directory.join("final.obj"), &surface)?;
+    let text = serde_json::to_string_pretty(summary).unwrap_or_default() + "\n";
+    write_whole(&directory.join("summary.json"), text.as_bytes())
+}
+
+/// Replaces a file at once: readers see the old or the new contents.
+///
+/// # Errors
+/// [`RunError::Write`] with the file's path.
+pub fn write_whole(path: &Path, contents: &[u8]) -> Result<(), RunError> {
+    let failed = |source| RunError::Write { path: path.to_owned(), source };
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(".new");
+    let temporary = path.with_file_name(name);
+    let written = std::fs::write(&temporary, contents)
+        .and_then(|()| std::fs::rename(&temporary, path));
+    if written.is_err() {
+        // Nothing half-written stays behind; the first error is the one to tell.
+        let _ = std::fs::remove_file(&temporary);
+    }
+    written.map_err(failed)
+}
