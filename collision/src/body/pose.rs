@@ -1,4 +1,4 @@
-use super::vec3::{add, is_finite, sub};
+use super::vec3::{add, sub};
 use super::{Body, SurfaceSample};
 use crate::{Aabb, CollisionError};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
@@ -86,16 +86,20 @@ impl Pose {
     }
 }
 
+/// Largest coordinate [m] or angle [rad] accepted: beyond it squares may
+/// overflow, and millimetres are lost to rounding long before.
+const LARGEST: f64 = 1e9;
+
 pub(crate) fn finite(name: &'static str, v: [f64; 3]) -> Result<(), CollisionError> {
-    if is_finite(v) {
-        return Ok(());
+    let outside = |x: &f64| x.is_nan() || x.abs() > LARGEST;
+    match v.into_iter().find(outside) {
+        None => Ok(()),
+        Some(value) => Err(CollisionError::Parameter {
+            name,
+            value,
+            requirement: "finite and at most 1e9",
+        }),
     }
-    let value = v.into_iter().find(|x| !x.is_finite()).unwrap_or(f64::NAN);
-    Err(CollisionError::Parameter {
-        name,
-        value,
-        requirement: "finite",
-    })
 }
 
 /// A body at a fixed place.
