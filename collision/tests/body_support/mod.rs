@@ -54,13 +54,20 @@ pub fn sphere(center: [f64; 3], radius: f64, rings: usize) -> (Vec<[f64; 3]>, Ve
     use std::f64::consts::PI;
     let around = 2 * rings;
     let at = |polar: f64, turn: f64| {
-        let d = [polar.sin() * turn.cos(), polar.cos(), polar.sin() * turn.sin()];
+        let d = [
+            polar.sin() * turn.cos(),
+            polar.cos(),
+            polar.sin() * turn.sin(),
+        ];
         add_scaled(center, d, radius)
     };
     let mut points = vec![at(0.0, 0.0)];
     for i in 1..rings {
         for j in 0..around {
-            points.push(at(PI * i as f64 / rings as f64, 2.0 * PI * j as f64 / around as f64));
+            points.push(at(
+                PI * i as f64 / rings as f64,
+                2.0 * PI * j as f64 / around as f64,
+            ));
         }
     }
     points.push(at(PI, 0.0));
@@ -93,8 +100,10 @@ pub fn cuboid(center: [f64; 3], half: [f64; 3]) -> (Vec<[f64; 3]>, Vec<[u32; 3]>
         [0, 2, 3, 1],
         [4, 5, 7, 6],
     ];
-    let triangles =
-        quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+    let triangles = quads
+        .iter()
+        .flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]])
+        .collect();
     (points, triangles)
 }
 
