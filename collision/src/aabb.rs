@@ -1,9 +1,9 @@
-/// Axis-aligned box, closed on all sides [m].
+/// Axis-aligned box, closed on all sides \[m\].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aabb {
-    /// Lowest coordinates [m].
+    /// Lowest coordinates \[m\].
     pub min: [f64; 3],
-    /// Highest coordinates [m].
+    /// Highest coordinates \[m\].
     pub max: [f64; 3],
 }
 
@@ -49,7 +49,7 @@ impl Aabb {
         }
     }
 
-    /// The box grown by `by` [m] on every side.
+    /// The box grown by `by` \[m\] on every side.
     #[inline]
     #[must_use]
     pub fn inflate(&self, by: f64) -> Self {
@@ -83,19 +83,19 @@ impl Aabb {
         (0..3).all(|i| self.min[i].is_finite() && self.max[i].is_finite())
     }
 
-    /// Edge lengths [m]; negative for an empty box.
+    /// Edge lengths \[m\]; negative for an empty box.
     #[inline]
     pub fn extents(&self) -> [f64; 3] {
         std::array::from_fn(|i| self.max[i] - self.min[i])
     }
 
-    /// Centre [m].
+    /// Centre \[m\].
     #[inline]
     pub fn center(&self) -> [f64; 3] {
         std::array::from_fn(|i| 0.5 * (self.min[i] + self.max[i]))
     }
 
-    /// Half of the surface area [m²], 0 for an empty box.
+    /// Half of the surface area \[m²\], 0 for an empty box.
     #[inline]
     pub fn half_area(&self) -> f64 {
         if self.is_empty() {

@@ -33,7 +33,7 @@ pub trait CollisionBackend: Send {
     /// Name in reports.
     fn name(&self) -> &str;
 
-    /// Replaces `out` by the pairs that may come within `reach` [m] of each
+    /// Replaces `out` by the pairs that may come within `reach` \[m\] of each
     /// other while every point stays in the box spanned by its positions in
     /// `q_start` and `q_end`. No such pair is missing, none is excluded by the
     /// mesh; pairs that stay farther apart may be among them.
@@ -66,7 +66,7 @@ pub trait CollisionBackend: Send {
         Ok(1.0)
     }
 
-    /// Heap memory held [bytes].
+    /// Heap memory held \[bytes\].
     fn heap_bytes(&self) -> usize {
         0
     }

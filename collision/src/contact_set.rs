@@ -7,7 +7,7 @@ pub struct ContactSet {
     pub weights: Vec<[f64; 4]>,
     /// Unit direction in which the gap opens.
     pub normal: Vec<[f64; 3]>,
-    /// Gap [m]; negative when the features have passed through each other.
+    /// Gap \[m\]; negative when the features have passed through each other.
     pub gap: Vec<f64>,
 }
 
@@ -34,21 +34,21 @@ impl ContactSet {
 /// Forces and curvatures of active contacts, friction included.
 ///
 /// A contact acts through one vector on its gap. Node `i` receives the force
-/// `wᵢ f` [N]; the matrix of second derivatives is `w wᵀ ⊗ K`.
+/// `wᵢ f` \[N\]; the matrix of second derivatives is `w wᵀ ⊗ K`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContactResponse {
     /// Four nodes each.
     pub nodes: Vec<[u32; 4]>,
     /// Weights of the nodes; they sum to zero.
     pub weights: Vec<[f64; 4]>,
-    /// Force on the gap vector [N].
+    /// Force on the gap vector \[N\].
     pub force: Vec<[f64; 3]>,
     /// Symmetric positive semidefinite approximation of `-∂force/∂gap` [N/m],
     /// rates expressed through end positions; empty when not asked for.
     pub curvature: Vec<[[f64; 3]; 3]>,
     /// Points in contact with bodies.
     pub body_nodes: Vec<u32>,
-    /// Force on each of them [N].
+    /// Force on each of them \[N\].
     pub body_force: Vec<[f64; 3]>,
     /// As [`curvature`](Self::curvature), with respect to the point.
     pub body_curvature: Vec<[[f64; 3]; 3]>,
@@ -87,7 +87,7 @@ impl ContactResponse {
         self.body_curvature.extend_from_slice(&other.body_curvature);
     }
 
-    /// Heap memory held [bytes].
+    /// Heap memory held \[bytes\].
     pub fn heap_bytes(&self) -> usize {
         16 * self.nodes.capacity()
             + 32 * self.weights.capacity()

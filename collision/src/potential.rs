@@ -3,9 +3,9 @@ use crate::CollisionError;
 /// Contact energy of one pair at one gap.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Repulsion {
-    /// Energy [J].
+    /// Energy \[J\].
     pub energy: f64,
-    /// Force that opens the gap, `-dE/dgap` [N], not negative.
+    /// Force that opens the gap, `-dE/dgap` \[N\], not negative.
     pub force: f64,
     /// `d²E/dgap²` or an upper bound of it [N/m], not negative.
     pub curvature: f64,
@@ -20,12 +20,12 @@ pub struct Repulsion {
 pub trait ContactPotential: Send + Sync {
     /// Name in reports.
     fn name(&self) -> &str;
-    /// Gap below which the energy is positive [m].
+    /// Gap below which the energy is positive \[m\].
     fn thickness(&self) -> f64;
-    /// Energy, force and curvature at a gap [m] below the thickness of a
-    /// contact that stands for `area` of cloth [m²].
+    /// Energy, force and curvature at a gap \[m\] below the thickness of a
+    /// contact that stands for `area` of cloth \[m²\].
     fn evaluate(&self, gap: f64, area: f64) -> Repulsion;
-    /// Stiffness of a contact that stands for `area` [m²], which friction
+    /// Stiffness of a contact that stands for `area` \[m²\], which friction
     /// anchors take over [N/m].
     fn stiffness(&self, area: f64) -> f64;
     /// Whether `area` matters.
@@ -48,7 +48,7 @@ pub enum ContactStiffness {
 /// ```text
 /// E = ½ k (δ - g)²   for g < δ        [Pizana2025]
 /// ```
-/// `g` gap [m], `δ` thickness [m], `k` stiffness [N/m]. From the depth
+/// `g` gap \[m\], `δ` thickness \[m\], `k` stiffness [N/m]. From the depth
 /// `δ - g = cap · δ` on, the force stays at `k cap δ`, so that a feature deep
 /// on the wrong side is not shot out; the curvature stays `k`, an upper bound.
 ///
@@ -56,11 +56,11 @@ pub enum ContactStiffness {
 /// thickness and stops 1 m/s within half a millimetre.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactQuadratic {
-    /// Distance at which contact begins, `δ` [m].
+    /// Distance at which contact begins, `δ` \[m\].
     pub thickness: f64,
     /// Stiffness `k`.
     pub stiffness: ContactStiffness,
-    /// Depth in thicknesses beyond which the force is constant [1].
+    /// Depth in thicknesses beyond which the force is constant \[1\].
     pub cap: f64,
 }
 

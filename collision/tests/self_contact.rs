@@ -397,26 +397,47 @@ fn friction_is_handed_over_at_edges() {
     }
 }
 
-/// The inspection list names the same contacts as the response.
+/// The inspection list has every active pair; the response adds up those that
+/// share their closest features, to the same nodal forces and curvatures.
 #[test]
-fn contacts_are_listed() {
+fn contacts_are_listed_and_merged() {
     let (mut s, start, q) = crumple(5);
     detect(&mut s, &start, &q, 1e-3);
     let (_, out) = evaluate(&mut s, &q, &start, 1e-3);
     let mut set = ContactSet::default();
+    let n = q.len() / 3;
+    let layout = DofLayout::points(n);
     s.contacts(
         &EvalPoint {
-            layout: DofLayout::points(q.len() / 3),
+            layout,
             q: &q,
             q_start: &start,
             dt: 1e-3,
         },
         &mut set,
     );
-    assert_eq!(set.nodes, out.nodes);
     assert_eq!(set.len(), s.active());
+    assert!(out.len() < set.len(), "{} of {}", out.len(), set.len());
     let deepest = set.gap.iter().fold(0.0_f64, |a, g| a.max(DELTA - g));
     assert_eq!(deepest, s.max_penetration());
+    // Pair by pair.
+    let mut single = ContactResponse::default();
+    for c in 0..set.len() {
+        let n = set.normal[c];
+        single.nodes.push(set.nodes[c]);
+        single.weights.push(set.weights[c]);
+        single.force.push(n.map(|n| n * 1e2 * (DELTA - set.gap[c])));
+        single.curvature.push(n.map(|a| n.map(|b| 1e2 * a * b)));
+    }
+    for (a, b) in spread(n, &single).iter().zip(spread(n, &out)) {
+        assert!((a - b).abs() < 1e-13, "{a} {b}");
+    }
+    let matrix = |r: &ContactResponse| {
+        let mut m = nalgebra::DMatrix::zeros(3 * n, 3 * n);
+        common::add_curvature(&mut m, r, 1.0);
+        m
+    };
+    assert!((matrix(&single) - matrix(&out)).amax() < 1e-9);
     let mut none = ContactResponse::default();
     none.extend(&out);
     none.clear();

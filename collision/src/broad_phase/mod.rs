@@ -24,7 +24,7 @@ pub trait BroadPhase: Send {
     /// `min > max` overlaps nothing; infinite boxes are allowed.
     fn overlaps(&mut self, boxes: &[Aabb], pairs: &mut Vec<[u32; 2]>);
 
-    /// Heap memory held [bytes].
+    /// Heap memory held \[bytes\].
     fn heap_bytes(&self) -> usize;
 }
 

@@ -7,8 +7,8 @@ use crate::vec3::{Mat3, Vec3, add_tangent, axpy, dot, scale};
 /// f  = f*  if |f*| ≤ μ f_n,   μ f_n f*/|f*|  otherwise
 /// u  ← -(f + d_t v_t)/k_t                       on an accepted slipping step
 /// ```
-/// After [YamaneNakamura2006]. `u` tangential displacement from the anchor
-/// [m], `v_t` tangential relative velocity [m/s], `f_n` normal force [N].
+/// After \[YamaneNakamura2006\]. `u` tangential displacement from the anchor
+/// \[m\], `v_t` tangential relative velocity [m/s], `f_n` normal force \[N\].
 ///
 /// With `f_n` and the tangent plane held fixed, and `v_t` following from the
 /// end position, the force is the gradient of a convex potential (quadratic
@@ -20,11 +20,11 @@ use crate::vec3::{Mat3, Vec3, add_tangent, axpy, dot, scale};
 /// symmetric.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionAnchored {
-    /// Coefficient `μ` [1].
+    /// Coefficient `μ` \[1\].
     pub coefficient: f64,
-    /// Anchor stiffness `k_t` relative to the contact stiffness [1].
+    /// Anchor stiffness `k_t` relative to the contact stiffness \[1\].
     pub stiffness_ratio: f64,
-    /// Anchor damping relative to critical, `d_t = 2 ζ √(k_t m)` [1], with
+    /// Anchor damping relative to critical, `d_t = 2 ζ √(k_t m)` \[1\], with
     /// `1/m = Σ wᵢ²/mᵢ`. Below one, anchors overshoot and creep.
     pub damping_ratio: f64,
 }
@@ -32,13 +32,13 @@ pub struct FrictionAnchored {
 /// What one anchor feels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AnchorState {
-    /// Displacement from the anchor [m], tangential.
+    /// Displacement from the anchor \[m\], tangential.
     pub displacement: [f64; 3],
     /// Relative velocity [m/s], tangential.
     pub velocity: [f64; 3],
     /// Unit normal of the contact.
     pub normal: [f64; 3],
-    /// Normal force [N].
+    /// Normal force \[N\].
     pub normal_force: f64,
     /// Anchor stiffness `k_t` [N/m].
     pub stiffness: f64,
@@ -49,13 +49,13 @@ pub struct AnchorState {
 /// What friction answers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AnchorResponse {
-    /// Friction force [N].
+    /// Friction force \[N\].
     pub force: [f64; 3],
     /// Whether the trial force was capped.
     pub slipping: bool,
-    /// Displacement from the anchor after the step was accepted [m].
+    /// Displacement from the anchor after the step was accepted \[m\].
     pub displacement: [f64; 3],
-    /// Value of the step's potential [J].
+    /// Value of the step's potential \[J\].
     pub energy: f64,
     /// `-∂f/∂u` is this times the stiffness, `-∂f/∂v` times the damping: 1
     /// when sticking, `μ f_n / |f*|` when slipping.
@@ -74,7 +74,7 @@ impl FrictionAnchored {
         }
     }
 
-    /// Force of one anchor in a step of length `dt` [s].
+    /// Force of one anchor in a step of length `dt` \[s\].
     #[inline]
     pub fn respond(&self, s: &AnchorState, dt: f64) -> AnchorResponse {
         let trial = axpy(scale(-s.stiffness, s.displacement), -s.damping, s.velocity);

@@ -5,13 +5,13 @@ use crate::vec3::{Mat3, add_outer, add_tangent, dot, scale};
 /// ```text
 /// D = μ λ f₀(|u|),   f₀(y) = -y³/(3e²) + y²/e + e/3  for y < e,   y otherwise,   e = ε h
 /// ```
-/// [Li2020]. `u` tangential displacement within the step [m], `λ` normal
+/// \[Li2020\]. `u` tangential displacement within the step \[m\], `λ` normal
 /// force, tangent plane and weights those at the start of the step, `ε` creep
-/// speed [m/s], `h` step [s]. A potential within the step; below the cap it
+/// speed [m/s], `h` step \[s\]. A potential within the step; below the cap it
 /// creeps at up to `ε`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrictionLagged {
-    /// Coefficient `μ` [1].
+    /// Coefficient `μ` \[1\].
     pub coefficient: f64,
     /// Speed below which friction is not fully developed, `ε` [m/s].
     pub creep_speed: f64,
@@ -20,9 +20,9 @@ pub struct FrictionLagged {
 /// Value and derivatives of the smoothed potential.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LaggedResponse {
-    /// `D` [J].
+    /// `D` \[J\].
     pub energy: f64,
-    /// `-∇D` [N].
+    /// `-∇D` \[N\].
     pub force: [f64; 3],
     /// `∇²D` [N/m], positive semidefinite.
     pub curvature: [[f64; 3]; 3],
@@ -37,8 +37,8 @@ impl FrictionLagged {
         }
     }
 
-    /// Response to a tangential displacement `u` [m] with unit `normal`, under
-    /// the normal force `lambda` [N], in a step of length `dt` [s].
+    /// Response to a tangential displacement `u` \[m\] with unit `normal`, under
+    /// the normal force `lambda` \[N\], in a step of length `dt` \[s\].
     #[inline]
     pub fn respond(&self, u: [f64; 3], normal: [f64; 3], lambda: f64, dt: f64) -> LaggedResponse {
         let cap = self.coefficient * lambda;

@@ -19,7 +19,7 @@ pub enum Friction {
 }
 
 impl Friction {
-    /// Friction coefficient [1].
+    /// Friction coefficient \[1\].
     pub fn coefficient(&self) -> f64 {
         match self {
             Self::Anchored(f) => f.coefficient,

@@ -46,9 +46,9 @@ pub struct CollisionMesh {
 
 impl CollisionMesh {
     /// A mesh from the rest shape of every triangle, given as plane
-    /// coordinates of its corners [m] in a frame of its own: the material
+    /// coordinates of its corners \[m\] in a frame of its own: the material
     /// coordinates of a cloth mesh. `links` are pairs of joined points,
-    /// `thickness` is the distance at which contact begins [m].
+    /// `thickness` is the distance at which contact begins \[m\].
     ///
     /// # Errors
     /// [`CollisionError::Length`] when `rest` and `triangles` differ in
@@ -83,7 +83,7 @@ impl CollisionMesh {
         Self::from_lengths(points, triangles, &lengths, links, thickness)
     }
 
-    /// A mesh whose given positions (`x y z` of every point, [m]) are its rest
+    /// A mesh whose given positions (`x y z` of every point, \[m\]) are its rest
     /// shape.
     ///
     /// # Errors
@@ -190,29 +190,29 @@ impl CollisionMesh {
         &self.edges
     }
 
-    /// Distance at which contact begins, as given [m].
+    /// Distance at which contact begins, as given \[m\].
     pub fn thickness(&self) -> f64 {
         self.thickness
     }
 
-    /// Shortest rest edge [m]; infinite without triangles.
+    /// Shortest rest edge \[m\]; infinite without triangles.
     pub fn shortest_edge(&self) -> f64 {
         self.shortest_edge
     }
 
     /// Largest thickness that does not let neighbours interfere: a quarter of
-    /// the shortest rest edge [m]. Warn when [`thickness`](Self::thickness) is
+    /// the shortest rest edge \[m\]. Warn when [`thickness`](Self::thickness) is
     /// above.
     pub fn recommended_thickness(&self) -> f64 {
         0.25 * self.shortest_edge
     }
 
-    /// Rest area that belongs to a point [m²]: its (mixed) Voronoi region.
+    /// Rest area that belongs to a point \[m²\]: its (mixed) Voronoi region.
     pub fn point_area(&self, point: u32) -> f64 {
         self.point_area[point as usize].into()
     }
 
-    /// Rest area that belongs to an edge [m²]: a third of its triangles.
+    /// Rest area that belongs to an edge \[m²\]: a third of its triangles.
     pub fn edge_area(&self, edge: u32) -> f64 {
         self.edge_area[edge as usize].into()
     }
@@ -229,7 +229,7 @@ impl CollisionMesh {
         eb.contains(&ea[0]) || eb.contains(&ea[1]) || self.exclusions.edge_edge(a, b, ea, eb)
     }
 
-    /// Heap memory held [bytes].
+    /// Heap memory held \[bytes\].
     pub fn heap_bytes(&self) -> usize {
         size_of_val(&self.triangles[..])
             + size_of_val(&self.edges[..])

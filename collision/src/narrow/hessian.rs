@@ -13,19 +13,19 @@ use crate::vec3::{Mat3, Vec3, cross, dot, scale, sub, unit};
 /// Distance of a pair of given features with its derivatives.
 #[derive(Clone, Debug)]
 pub struct DistanceDerivatives {
-    /// Distance [m], signed for interior pairs.
+    /// Distance \[m\], signed for interior pairs.
     pub distance: f64,
     /// Unit normal: gradient of the distance in the gap vector.
     pub normal: [f64; 3],
     /// Weights of the nodes.
     pub weights: [f64; 4],
-    /// Second derivative [1/m], node by node, `hessian[3 i + k][3 j + l]`.
+    /// Second derivative \[1/m\], node by node, `hessian[3 i + k][3 j + l]`.
     pub hessian: [[f64; 12]; 12],
 }
 
 impl DistanceDerivatives {
     /// Second derivative of an energy `E(d)` with `E' = slope` and
-    /// `E'' = curvature`, [N] and [N/m]: `E'' ∇d ∇dᵀ + E' ∇²d`. May be
+    /// `E'' = curvature`, \[N\] and [N/m]: `E'' ∇d ∇dᵀ + E' ∇²d`. May be
     /// indefinite.
     pub fn energy_hessian(&self, slope: f64, curvature: f64) -> [[f64; 12]; 12] {
         let g: [f64; 12] = std::array::from_fn(|i| self.weights[i / 3] * self.normal[i % 3]);

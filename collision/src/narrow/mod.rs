@@ -28,7 +28,7 @@ pub struct Closest {
     /// Whether the closest points are inside both features: inside the
     /// triangle, inside both edges.
     pub interior: bool,
-    /// Distance [m]. Interior pairs: signed, along [`normal`](Self::normal).
+    /// Distance \[m\]. Interior pairs: signed, along [`normal`](Self::normal).
     /// Others: not negative.
     pub distance: f64,
     /// Interior pairs: the unit normal `e₁ × e₂` of the plane of both

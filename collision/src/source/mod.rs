@@ -15,14 +15,14 @@ use crate::{CollisionError, ContactResponse};
 /// Where detection happens: the start of a step and a guess of its end.
 #[derive(Clone, Copy, Debug)]
 pub struct StepStart<'a> {
-    /// Unknowns at the start of the step [m].
+    /// Unknowns at the start of the step \[m\].
     pub q_start: &'a [f64],
-    /// Best guess of the unknowns at its end [m]. Detection looks ahead as far
+    /// Best guess of the unknowns at its end \[m\]. Detection looks ahead as far
     /// as this, plus a margin.
     pub q_predicted: &'a [f64],
-    /// Length of the step [s].
+    /// Length of the step \[s\].
     pub dt: f64,
-    /// Time at the start of the step [s].
+    /// Time at the start of the step \[s\].
     pub time: f64,
 }
 
@@ -44,7 +44,7 @@ pub trait ContactSource: Send {
     fn detect(&mut self, step: &StepStart<'_>) -> Result<(), CollisionError>;
 
     /// Appends forces and, when asked for, curvatures of the active contacts,
-    /// friction included; returns the energy [J], that of the step's friction
+    /// friction included; returns the energy \[J\], that of the step's friction
     /// potential included. History stays as it is, and the result depends on
     /// history, pairs and `at` alone, not on the number of threads.
     ///
@@ -65,10 +65,11 @@ pub trait ContactSource: Send {
     /// Takes over sides and anchors at the end of an accepted step.
     fn commit(&mut self, at: &EvalPoint<'_>);
 
-    /// Active contacts of the last evaluation.
+    /// Active pairs of the last evaluation; the response may have fewer entries,
+    /// since pairs with the same closest features are added up.
     fn active(&self) -> usize;
 
-    /// Largest depth below the contact thickness in the last evaluation [m].
+    /// Largest depth below the contact thickness in the last evaluation \[m\].
     fn max_penetration(&self) -> f64;
 
     /// Pairs of the last detection.
@@ -83,7 +84,7 @@ pub trait ContactSource: Send {
     /// [`CollisionError::History`] when the array does not fit.
     fn restore_history(&mut self, history: &[f64]) -> Result<(), CollisionError>;
 
-    /// Heap memory held [bytes].
+    /// Heap memory held \[bytes\].
     fn heap_bytes(&self) -> usize;
 }
 

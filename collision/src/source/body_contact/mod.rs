@@ -18,11 +18,11 @@ use pass::{Anchor, Candidate, Pass, Task};
 /// How far detection looks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BodyContactSettings {
-    /// Room beyond the predicted motion of a point [m].
+    /// Room beyond the predicted motion of a point \[m\].
     pub margin: f64,
-    /// Fraction by which the predicted motion is overshot [1].
+    /// Fraction by which the predicted motion is overshot \[1\].
     pub overshoot: f64,
-    /// Largest slope of a body's distance field [1]. Points whose distance
+    /// Largest slope of a body's distance field \[1\]. Points whose distance
     /// exceeds their possible way times this are left out of a step; 1 for
     /// exact distances, more for interpolated ones.
     pub steepness: f64,
@@ -125,7 +125,7 @@ impl BodyContact {
         self
     }
 
-    /// Rest areas of all points [m²], for a stiffness per area; without them
+    /// Rest areas of all points \[m²\], for a stiffness per area; without them
     /// every point counts as 1 cm².
     ///
     /// # Errors
@@ -143,7 +143,7 @@ impl BodyContact {
         Ok(self)
     }
 
-    /// Adds friction. `masses` of all points [kg] set the damping of anchors.
+    /// Adds friction. `masses` of all points \[kg\] set the damping of anchors.
     ///
     /// # Errors
     /// [`CollisionError::Parameter`] for a bad parameter,

@@ -26,10 +26,10 @@ fn chunk(i: usize, count: usize) -> std::ops::Range<usize> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SelfContactSettings {
     /// Room beyond the predicted motion, for both sides of a pair together
-    /// [m]. A point that leaves its predicted way by more than half of it asks
+    /// \[m\]. A point that leaves its predicted way by more than half of it asks
     /// for another detection.
     pub margin: f64,
-    /// Fraction by which the predicted motion is overshot [1].
+    /// Fraction by which the predicted motion is overshot \[1\].
     pub overshoot: f64,
 }
 
@@ -46,7 +46,7 @@ impl Default for SelfContactSettings {
 ///
 /// Every vertex-triangle and every edge-edge pair closer than the thickness
 /// repels, each with its own closest points. All of them count, as in
-/// [Pizana2025]: near an edge or a vertex of the mesh several pairs share their
+/// \[Pizana2025\]: near an edge or a vertex of the mesh several pairs share their
 /// closest points and the stiffness is a multiple (2 at an edge, the valence at
 /// a vertex) of that in a triangle's middle. Counting shared closest points
 /// once would make the force jump in folds; with all of them it is continuous
@@ -110,7 +110,7 @@ impl SelfContact {
         self
     }
 
-    /// Adds friction. `masses` of all points [kg] set the damping of anchors;
+    /// Adds friction. `masses` of all points \[kg\] set the damping of anchors;
     /// an infinite or zero mass is a point that does not move.
     ///
     /// # Errors

@@ -6,7 +6,7 @@ use super::memory::{Anchor, Memory, Record};
 use crate::friction::{AnchorState, anchor_damping, from_frame, to_frame};
 use crate::narrow::PairKind;
 use crate::source::side::{Meeting, Pair, Side, Touch};
-use crate::vec3::{Vec3, add_outer, axpy, combine, point, scale, sub, tangential};
+use crate::vec3::{Vec3, add, add_outer, axpy, combine, point, scale, sub, tangential};
 use crate::{
     Candidates, CollisionMesh, ContactPotential, ContactResponse, Friction, FrictionAnchored,
 };
@@ -39,6 +39,8 @@ pub(super) struct Task {
     pub energy: f64,
     pub deepest: f64,
     pub active: usize,
+    /// Contacts on a boundary: their nodes in order, and their place.
+    boundary: Vec<([u32; 3], u32)>,
 }
 
 /// One walk over candidates at one evaluation point.
@@ -180,6 +182,7 @@ impl<'a> Pass<'a> {
 
     pub(super) fn evaluate(&self, range: Range<usize>, task: &mut Task) {
         task.response.clear();
+        task.boundary.clear();
         (task.energy, task.deepest, task.active) = (0.0, 0.0, 0);
         self.each(range, |kind, pair, side, anchor| {
             let Meeting::Touching(touch) = self.meet(kind, pair, side) else {
@@ -200,7 +203,11 @@ impl<'a> Pass<'a> {
                 answer.add_curvature(&state, self.at.dt, &mut k);
                 task.energy += answer.energy;
             }
-            task.response.nodes.push(self.nodes(kind, pair));
+            let nodes = self.nodes(kind, pair);
+            if let Some(key) = boundary_key(&nodes, &touch.weights) {
+                task.boundary.push((key, task.response.nodes.len() as u32));
+            }
+            task.response.nodes.push(nodes);
             task.response.weights.push(touch.weights);
             task.response.force.push(force);
             if self.curvature {
@@ -209,6 +216,7 @@ impl<'a> Pass<'a> {
             task.deepest = task.deepest.max(self.thickness - touch.gap);
             task.active += 1;
         });
+        merge(&mut task.response, &mut task.boundary);
     }
 
     pub(super) fn remember(&self, range: Range<usize>, task: &mut Task) {
@@ -281,5 +289,87 @@ impl<'a> Pass<'a> {
                 force,
             });
         });
+    }
+}
+
+/// What tells the closest features of a contact with at most three nodes: the
+/// node that is alone on its side, then the others in order.
+fn boundary_key(nodes: &[u32; 4], weights: &[f64; 4]) -> Option<[u32; 3]> {
+    let mut key = [u32::MAX; 3];
+    let mut signs = [0.0; 3];
+    let mut count = 0;
+    for i in 0..4 {
+        if weights[i] != 0.0 {
+            *key.get_mut(count)? = nodes[i];
+            signs[count] = weights[i].signum();
+            count += 1;
+        }
+    }
+    if count < 3 {
+        key.sort_unstable();
+        return Some(key);
+    }
+    let majority = signs[0] + signs[1] + signs[2];
+    let alone = signs.iter().position(|s| s * majority < 0.0)?;
+    key.swap(0, alone);
+    key[1..].sort_unstable();
+    Some(key)
+}
+
+/// Adds up contacts between the same boundary features: six triangles around
+/// a vertex give one contact of six times the force. Where two meshes lie
+/// vertex on vertex, this saves most of the memory and of the matrix.
+fn merge(response: &mut ContactResponse, boundary: &mut [([u32; 3], u32)]) {
+    boundary.sort_unstable();
+    let weight = |r: &ContactResponse, c: usize, node: u32| -> f64 {
+        (0..4)
+            .filter(|i| r.nodes[c][*i] == node)
+            .map(|i| r.weights[c][i])
+            .sum()
+    };
+    let mut merged = false;
+    for run in boundary.chunk_by(|a, b| a.0 == b.0) {
+        let into = run[0].1 as usize;
+        for &(key, from) in &run[1..] {
+            let from = from as usize;
+            // The two features may come in either order.
+            let same = weight(response, into, key[0]) * weight(response, from, key[0]) > 0.0;
+            let sign = if same { 1.0 } else { -1.0 };
+            response.force[into] = axpy(response.force[into], sign, response.force[from]);
+            if !response.curvature.is_empty() {
+                for i in 0..3 {
+                    let k = response.curvature[from][i];
+                    response.curvature[into][i] = add(response.curvature[into][i], k);
+                }
+            }
+            response.weights[from] = [0.0; 4];
+            merged = true;
+        }
+    }
+    if merged {
+        let ContactResponse {
+            nodes,
+            weights,
+            force,
+            curvature,
+            ..
+        } = response;
+        let mut kept = 0;
+        for c in 0..nodes.len() {
+            if weights[c] == [0.0; 4] {
+                continue;
+            }
+            nodes[kept] = nodes[c];
+            weights[kept] = weights[c];
+            force[kept] = force[c];
+            if !curvature.is_empty() {
+                curvature[kept] = curvature[c];
+            }
+            kept += 1;
+        }
+        nodes.truncate(kept);
+        weights.truncate(kept);
+        force.truncate(kept);
+        curvature.truncate(kept);
     }
 }
