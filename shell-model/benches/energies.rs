@@ -31,26 +31,58 @@ fn energies(criterion: &mut Criterion) {
     let fabric = Fabric::new(
         "bench",
         0.2,
-        MembraneModuli { warp: 2000.0, weft: 1500.0, shear: 50.0, coupling: 100.0 },
-        BendingRigidity { warp: 2e-5, weft: 1.5e-5, bias: 1e-5 },
+        MembraneModuli {
+            warp: 2000.0,
+            weft: 1500.0,
+            shear: 50.0,
+            coupling: 100.0,
+        },
+        BendingRigidity {
+            warp: 2e-5,
+            weft: 1.5e-5,
+            bias: 1e-5,
+        },
     )
     .expect("a valid fabric");
     let fabrics = [fabric];
     let wavy = |phase: f64| {
         sheet.positions(|[u, v]| {
-            [u, 0.01 * (40.0 * u + phase).sin() * (30.0 * v).cos(), -1.01 * v]
+            [
+                u,
+                0.01 * (40.0 * u + phase).sin() * (30.0 * v).cos(),
+                -1.01 * v,
+            ]
         })
     };
     let (q, q_start) = (wavy(0.1), wavy(0.0));
     let layout = DofLayout::points(sheet.mesh.points());
-    let at = EvalPoint { layout, q: &q, q_start: &q_start, dt: 1e-3 };
+    let at = EvalPoint {
+        layout,
+        q: &q,
+        q_start: &q_start,
+        dt: 1e-3,
+    };
 
-    for damping in [DampingKind::Off, DampingKind::Rate, DampingKind::Incremental] {
-        let bend = |model| BendingOptions { damping, model, ..Default::default() };
+    for damping in [
+        DampingKind::Off,
+        DampingKind::Rate,
+        DampingKind::Incremental,
+    ] {
+        let bend = |model| BendingOptions {
+            damping,
+            model,
+            ..Default::default()
+        };
         let terms = [
             ("membrane", membrane_term(&sheet.mesh, &fabrics, damping)),
-            ("hinge", bending_term(&sheet.mesh, &fabrics, &bend(BendingModel::Hinge))),
-            ("quadratic", bending_term(&sheet.mesh, &fabrics, &bend(BendingModel::Quadratic))),
+            (
+                "hinge",
+                bending_term(&sheet.mesh, &fabrics, &bend(BendingModel::Hinge)),
+            ),
+            (
+                "quadratic",
+                bending_term(&sheet.mesh, &fabrics, &bend(BendingModel::Quadratic)),
+            ),
         ];
         for (name, term) in terms {
             if name == "quadratic" && damping != DampingKind::Off {
@@ -60,7 +92,11 @@ fn energies(criterion: &mut Criterion) {
             let mut group = criterion.benchmark_group(format!("{name}/{damping:?}"));
             group.throughput(Throughput::Elements(term.len() as u64));
             group.bench_function("gradient", |b| b.iter(|| sweep(&*term, &at, None)));
-            for curvature in [Curvature::Exact, Curvature::Projected, Curvature::GaussNewton] {
+            for curvature in [
+                Curvature::Exact,
+                Curvature::Projected,
+                Curvature::GaussNewton,
+            ] {
                 group.bench_function(format!("{curvature:?}"), |b| {
                     b.iter(|| sweep(&*term, &at, Some(curvature)))
                 });

@@ -12,7 +12,9 @@
 /// Every energy adds the force `−Jᵀ D ε̇` with `D = β C` (Rayleigh dissipation
 /// potential `Φ = ½ ε̇ᵀ D ε̇`, [SanchezBanderas2018]): no force on rigid
 /// motions, momentum kept, power `−2Φ ≤ 0`.
-pub trait Damping: sealed::Sealed + Copy + Default + std::fmt::Debug + Send + Sync + 'static {
+pub trait Damping:
+    sealed::Sealed + Copy + Default + std::fmt::Debug + Send + Sync + 'static
+{
     /// The law as a value.
     const KIND: DampingKind;
 }

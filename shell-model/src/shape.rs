@@ -58,7 +58,11 @@ fn hinge(x: &[V; 6], i: usize) -> Option<HingeFrame> {
 
 /// Forms of the triangle `x[0..3]`, whose neighbour across the side opposite
 /// corner `i` has its far corner at `x[3 + i]` if `flaps[i]`.
-pub fn triangle_forms(x: &[[f64; 3]; 6], flaps: [bool; 3], rest: &RestTriangle) -> FundamentalForms {
+pub fn triangle_forms(
+    x: &[[f64; 3]; 6],
+    flaps: [bool; 3],
+    rest: &RestTriangle,
+) -> FundamentalForms {
     forms(x, flaps, rest, |_, _, _| {})
 }
 
@@ -95,7 +99,11 @@ fn forms(
     mut each: impl FnMut(usize, &HingeFrame, [f64; 3]),
 ) -> FundamentalForms {
     let [u, v] = rest.columns(&[x[0], x[1], x[2]]);
-    let first = [crate::vec3::dot(u, u), crate::vec3::dot(v, v), crate::vec3::dot(u, v)];
+    let first = [
+        crate::vec3::dot(u, u),
+        crate::vec3::dot(v, v),
+        crate::vec3::dot(u, v),
+    ];
     let mut second = [0.0; 3];
     for (i, [gu, gv]) in rest.gradients().into_iter().enumerate() {
         if !flaps[i] {
@@ -125,7 +133,9 @@ pub fn mesh_forms(mesh: &ShellMesh, q: &[f64]) -> Vec<FundamentalForms> {
         for (i, (p, n)) in triangle.into_iter().zip(mesh.neighbours(t)).enumerate() {
             x[i] = points[p as usize];
             if n != NONE {
-                let far = mesh.triangles()[n as usize].into_iter().find(|p| !triangle.contains(p));
+                let far = mesh.triangles()[n as usize]
+                    .into_iter()
+                    .find(|p| !triangle.contains(p));
                 if let Some(far) = far {
                     x[3 + i] = points[far as usize];
                     flaps[i] = true;

@@ -23,7 +23,11 @@ pub fn principal_stretches(mesh: &ShellMesh, q: &[f64]) -> Vec<[f64; 2]> {
         let area = crate::vec3::norm(crate::vec3::cross(u, v));
         [high, if high > 0.0 { area / high } else { 0.0 }]
     };
-    mesh.triangles().iter().zip(mesh.rest()).map(stretch).collect()
+    mesh.triangles()
+        .iter()
+        .zip(mesh.rest())
+        .map(stretch)
+        .collect()
 }
 
 /// Strain of the edges against their material lengths.

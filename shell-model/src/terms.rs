@@ -85,12 +85,15 @@ pub fn membrane_term(
     damping: DampingKind,
 ) -> Result<Term, ModelError> {
     check_fabrics(mesh, fabrics)?;
-    let laws: Vec<_> = fabrics.iter().map(|f| (f.membrane, f.membrane_damping)).collect();
-    fn batch<D: Damping>(
-        mesh: &ShellMesh,
-        laws: &[(crate::fabric::MembraneModuli, f64)],
-    ) -> Term {
-        Box::new(Batch::<_, 3, 9>::new("membrane", MembraneStVk::<D>::new(mesh, laws)))
+    let laws: Vec<_> = fabrics
+        .iter()
+        .map(|f| (f.membrane, f.membrane_damping))
+        .collect();
+    fn batch<D: Damping>(mesh: &ShellMesh, laws: &[(crate::fabric::MembraneModuli, f64)]) -> Term {
+        Box::new(Batch::<_, 3, 9>::new(
+            "membrane",
+            MembraneStVk::<D>::new(mesh, laws),
+        ))
     }
     let any = fabrics.iter().any(|f| f.membrane_damping > 0.0);
     Ok(match damping {
@@ -107,8 +110,10 @@ pub fn membrane_term(
 /// As [`membrane_term`].
 pub fn membrane_guard_term(mesh: &ShellMesh, fabrics: &[Fabric]) -> Result<Term, ModelError> {
     check_fabrics(mesh, fabrics)?;
-    let stiffness: Vec<f64> =
-        fabrics.iter().map(|f| 0.1 * f.membrane.warp.min(f.membrane.weft)).collect();
+    let stiffness: Vec<f64> = fabrics
+        .iter()
+        .map(|f| 0.1 * f.membrane.warp.min(f.membrane.weft))
+        .collect();
     let guard = MembraneGuard::new(mesh, &stiffness, MembraneGuard::ONSET);
     Ok(Box::new(Batch::<_, 3, 9>::new("membrane guard", guard)))
 }
@@ -142,10 +147,16 @@ pub fn bending_term(
                 }
             })
             .collect();
-        return Ok(Box::new(Batch::<_, 4, 12>::new("bending", BendingQuadratic::new(&rows))));
+        return Ok(Box::new(Batch::<_, 4, 12>::new(
+            "bending",
+            BendingQuadratic::new(&rows),
+        )));
     }
     fn batch<D: Damping, L: AngleLaw>(rest: &[HingeRest]) -> Term {
-        Box::new(Batch::<_, 4, 12>::new("bending", BendingHinge::<D, L>::new(rest)))
+        Box::new(Batch::<_, 4, 12>::new(
+            "bending",
+            BendingHinge::<D, L>::new(rest),
+        ))
     }
     fn with_law<L: AngleLaw>(damping: DampingKind, rest: &[HingeRest]) -> Term {
         match damping {
@@ -155,7 +166,11 @@ pub fn bending_term(
         }
     }
     let any = fabrics.iter().any(|f| f.bending_damping > 0.0);
-    let damping = if any { options.damping } else { DampingKind::Off };
+    let damping = if any {
+        options.damping
+    } else {
+        DampingKind::Off
+    };
     Ok(match options.model {
         BendingModel::HingeTangent => with_law::<TangentAngle>(damping, &rest),
         _ => with_law::<PlainAngle>(damping, &rest),
@@ -182,17 +197,28 @@ pub fn hinge_rest(
     if let Some(angles) = options.rest_angles {
         let (expected, found) = (hinges.len(), angles.len());
         if expected != found {
-            return Err(ModelError::Length { what: "rest angles", expected, found });
+            return Err(ModelError::Length {
+                what: "rest angles",
+                expected,
+                found,
+            });
         }
         if let Some(index) = angles.iter().position(|a| !a.is_finite()) {
-            return Err(ModelError::NotFinite { what: "rest angle", index });
+            return Err(ModelError::NotFinite {
+                what: "rest angle",
+                index,
+            });
         }
     }
     let laws: Vec<DirectionalRigidity> = fabrics
         .iter()
         .map(|f| {
             let law = DirectionalRigidity::from(&f.bending);
-            if options.calibrated { law.calibrated().unwrap_or(law) } else { law }
+            if options.calibrated {
+                law.calibrated().unwrap_or(law)
+            } else {
+                law
+            }
         })
         .collect();
     let rest = |(e, hinge): (usize, &Hinge)| {
@@ -222,7 +248,11 @@ pub fn hinge_rest(
 /// [`bending_term`] therefore takes as they are; worth a warning.
 pub fn uncalibrated(fabrics: &[Fabric]) -> Vec<usize> {
     (0..fabrics.len())
-        .filter(|i| DirectionalRigidity::from(&fabrics[*i].bending).calibrated().is_none())
+        .filter(|i| {
+            DirectionalRigidity::from(&fabrics[*i].bending)
+                .calibrated()
+                .is_none()
+        })
         .collect()
 }
 
@@ -247,17 +277,26 @@ pub fn drag_term(mesh: &ShellMesh, fabrics: &[Fabric]) -> Result<Option<Term>, M
 
 /// Seam springs: each point sewn to `(1−w) x_j + w x_k`.
 pub fn seam_term(pairs: &[(u32, [u32; 2], f64)], stiffness: SharedScalar) -> Term {
-    Box::new(Batch::<_, 3, 9>::new("seam", WeightedSpring::seam(pairs, stiffness)))
+    Box::new(Batch::<_, 3, 9>::new(
+        "seam",
+        WeightedSpring::seam(pairs, stiffness),
+    ))
 }
 
 /// Seam springs from point to point.
 pub fn joint_term(pairs: &[[u32; 2]], stiffness: SharedScalar) -> Term {
-    Box::new(Batch::<_, 2, 6>::new("joint", WeightedSpring::joint(pairs, stiffness)))
+    Box::new(Batch::<_, 2, 6>::new(
+        "joint",
+        WeightedSpring::joint(pairs, stiffness),
+    ))
 }
 
 /// Springs from points to places in triangles: buttonholes, pockets.
 pub fn patch_term(pairs: &[(u32, [u32; 3], [f64; 3])], stiffness: SharedScalar) -> Term {
-    Box::new(Batch::<_, 4, 12>::new("buttonhole", WeightedSpring::patch(pairs, stiffness)))
+    Box::new(Batch::<_, 4, 12>::new(
+        "buttonhole",
+        WeightedSpring::patch(pairs, stiffness),
+    ))
 }
 
 /// Springs of `stiffness` [N/m] from points to moving targets.
@@ -271,7 +310,11 @@ pub fn attachment_term(
 ) -> Result<Term, ModelError> {
     let (expected, found) = (points.len(), targets.len());
     if expected != found {
-        return Err(ModelError::Length { what: "attachment targets", expected, found });
+        return Err(ModelError::Length {
+            what: "attachment targets",
+            expected,
+            found,
+        });
     }
     let attachment = Attachment::new(points, vec![stiffness; points.len()], targets);
     Ok(Box::new(Batch::<_, 1, 3>::new("attachment", attachment)))
@@ -289,16 +332,24 @@ pub fn trim_term(bodies: &[TrimBody], threads: &[TrimThread]) -> Result<Term, Mo
             allowed: "the index of a body",
         });
     }
-    Ok(Box::new(Batch::<_, 3, 9>::new("trim", RigidTrims::new(bodies, threads))))
+    Ok(Box::new(Batch::<_, 3, 9>::new(
+        "trim",
+        RigidTrims::new(bodies, threads),
+    )))
 }
 
 /// Energies need less than [`Fabric::validate`] asks: zero stiffness is fine.
 fn check_fabrics(mesh: &ShellMesh, fabrics: &[Fabric]) -> Result<(), ModelError> {
     let fabric_of = mesh.fabric().iter().enumerate();
-    if let Some((triangle, &fabric)) =
-        fabric_of.into_iter().find(|(_, f)| usize::from(**f) >= fabrics.len())
+    if let Some((triangle, &fabric)) = fabric_of
+        .into_iter()
+        .find(|(_, f)| usize::from(**f) >= fabrics.len())
     {
-        return Err(ModelError::FabricOutOfRange { triangle, fabric, fabrics: fabrics.len() });
+        return Err(ModelError::FabricOutOfRange {
+            triangle,
+            fabric,
+            fabrics: fabrics.len(),
+        });
     }
     for f in fabrics {
         let c = &f.membrane;
@@ -309,11 +360,36 @@ fn check_fabrics(mesh: &ShellMesh, fabrics: &[Fabric]) -> Result<(), ModelError>
             ("density", f.density, f.density > 0.0, "positive and finite"),
             ("membrane.warp", c.warp, c.warp >= 0.0, "zero or positive"),
             ("membrane.weft", c.weft, c.weft >= 0.0, "zero or positive"),
-            ("membrane.shear", c.shear, c.shear >= 0.0, "zero or positive"),
-            ("membrane.coupling", c.coupling, semidefinite, "at most √(warp·weft)"),
-            ("smallest bending rigidity", least, least >= -round_off, "zero or positive"),
-            ("membrane_damping", f.membrane_damping, f.membrane_damping >= 0.0, "zero or positive"),
-            ("bending_damping", f.bending_damping, f.bending_damping >= 0.0, "zero or positive"),
+            (
+                "membrane.shear",
+                c.shear,
+                c.shear >= 0.0,
+                "zero or positive",
+            ),
+            (
+                "membrane.coupling",
+                c.coupling,
+                semidefinite,
+                "at most √(warp·weft)",
+            ),
+            (
+                "smallest bending rigidity",
+                least,
+                least >= -round_off,
+                "zero or positive",
+            ),
+            (
+                "membrane_damping",
+                f.membrane_damping,
+                f.membrane_damping >= 0.0,
+                "zero or positive",
+            ),
+            (
+                "bending_damping",
+                f.bending_damping,
+                f.bending_damping >= 0.0,
+                "zero or positive",
+            ),
             ("drag", f.drag, f.drag >= 0.0, "zero or positive"),
         ] {
             if !(fine && value.is_finite()) {

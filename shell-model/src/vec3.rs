@@ -33,7 +33,11 @@ pub(crate) fn scale(s: f64, a: V) -> V {
 /// `s a + t b`
 #[inline(always)]
 pub(crate) fn blend(s: f64, a: V, t: f64, b: V) -> V {
-    [s * a[0] + t * b[0], s * a[1] + t * b[1], s * a[2] + t * b[2]]
+    [
+        s * a[0] + t * b[0],
+        s * a[1] + t * b[1],
+        s * a[2] + t * b[2],
+    ]
 }
 
 #[inline(always)]
@@ -43,7 +47,11 @@ pub(crate) fn dot(a: V, b: V) -> f64 {
 
 #[inline(always)]
 pub(crate) fn cross(a: V, b: V) -> V {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
 }
 
 #[inline(always)]
@@ -62,7 +70,6 @@ pub(crate) fn outer(a: V, b: V) -> Block {
 pub(crate) fn skew(a: V) -> Block {
     [[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]]
 }
-
 
 #[inline(always)]
 pub(crate) fn apply(a: &Block, b: V) -> V {

@@ -11,7 +11,14 @@ use selvedge_shell_model::{
 };
 
 fn hinge(k: f64, angle: f64, damping: f64) -> HingeRest {
-    HingeRest { points: [0, 1, 2, 3], stiffness: k, angle, length: 0.0, heights: [0.0; 2], damping }
+    HingeRest {
+        points: [0, 1, 2, 3],
+        stiffness: k,
+        angle,
+        length: 0.0,
+        heights: [0.0; 2],
+        damping,
+    }
 }
 
 /// Membrane energy, force and both second derivatives, with stretch to twice,
@@ -27,14 +34,37 @@ fn membrane() {
         let q = flat(&case["x"]);
         let at = at(&q, &q, 1e-3);
         let (value, g, h) = evaluate(&batch, &at, Curvature::Exact, 0);
-        close(&format!("{i} energy"), &[value], &[case["energy"].as_f64().unwrap()], tolerance);
-        close(&format!("{i} gradient"), &g, &flat(&case["gradient"]), tolerance);
-        close(&format!("{i} hessian"), &h, &flat(&case["hessian"]), tolerance);
+        close(
+            &format!("{i} energy"),
+            &[value],
+            &[case["energy"].as_f64().unwrap()],
+            tolerance,
+        );
+        close(
+            &format!("{i} gradient"),
+            &g,
+            &flat(&case["gradient"]),
+            tolerance,
+        );
+        close(
+            &format!("{i} hessian"),
+            &h,
+            &flat(&case["hessian"]),
+            tolerance,
+        );
         let (_, _, tension) = evaluate(&batch, &at, Curvature::Projected, 0);
-        close(&format!("{i} tension"), &tension, &flat(&case["hessian_tension"]), tolerance);
+        close(
+            &format!("{i} tension"),
+            &tension,
+            &flat(&case["hessian_tension"]),
+            tolerance,
+        );
         assert!(smallest_eigenvalue(&tension, 9) > -1e-12);
         let above: Vec<f64> = tension.iter().zip(&h).map(|(a, b)| a - b).collect();
-        assert!(smallest_eigenvalue(&above, 9) > -1e-9, "{i} below the exact one");
+        assert!(
+            smallest_eigenvalue(&above, 9) > -1e-9,
+            "{i} below the exact one"
+        );
     }
 }
 
@@ -53,12 +83,31 @@ fn bending() {
         // The reference does not unwrap.
         energy.restore_history(&[theta]);
         energy.commit(&at);
-        assert!((energy.history()[0] - theta).abs() < 1e-12, "{i} {}", energy.history()[0]);
+        assert!(
+            (energy.history()[0] - theta).abs() < 1e-12,
+            "{i} {}",
+            energy.history()[0]
+        );
         let batch = Batch::<_, 4, 12>::new("bending", energy);
         let (value, g, exact) = evaluate(&batch, &at, Curvature::Exact, 0);
-        close(&format!("{i} energy"), &[value], &[case["energy"].as_f64().unwrap()], tolerance);
-        close(&format!("{i} gradient"), &g, &flat(&case["gradient"]), tolerance);
-        close(&format!("{i} hessian"), &exact, &flat(&case["hessian"]), tolerance);
+        close(
+            &format!("{i} energy"),
+            &[value],
+            &[case["energy"].as_f64().unwrap()],
+            tolerance,
+        );
+        close(
+            &format!("{i} gradient"),
+            &g,
+            &flat(&case["gradient"]),
+            tolerance,
+        );
+        close(
+            &format!("{i} hessian"),
+            &exact,
+            &flat(&case["hessian"]),
+            tolerance,
+        );
         for (curvature, key) in [
             (Curvature::Projected, "hessian_split_clamp"),
             (Curvature::GaussNewton, "hessian_gauss_newton"),
@@ -84,14 +133,25 @@ fn dissipation() {
         let start: Vec<f64> = x.iter().zip(&v).map(|(x, v)| x - dt * v).collect();
         let plain = Batch::<_, 3, 9>::new("", MembraneStVk::<Undamped>::new(&mesh, &laws));
         let damped = Batch::<_, 3, 9>::new("", MembraneStVk::<RateDamping>::new(&mesh, &laws));
-        check(&format!("stretch {i}"), case, &plain, &damped, &x, &start, dt);
+        check(
+            &format!("stretch {i}"),
+            case,
+            &plain,
+            &damped,
+            &x,
+            &start,
+            dt,
+        );
         let damped =
             Batch::<_, 3, 9>::new("", MembraneStVk::<IncrementalDamping>::new(&mesh, &laws));
         check_limit(&format!("stretch increment {i}"), case, &plain, &damped);
     }
     for (i, case) in all["bend"].as_array().unwrap().iter().enumerate() {
-        let rest =
-            [hinge(case["k_e"].as_f64().unwrap(), 0.0, case["beta_b"].as_f64().unwrap())];
+        let rest = [hinge(
+            case["k_e"].as_f64().unwrap(),
+            0.0,
+            case["beta_b"].as_f64().unwrap(),
+        )];
         let (x, v) = (flat(&case["x"]), flat(&case["v"]));
         let start: Vec<f64> = x.iter().zip(&v).map(|(x, v)| x - dt * v).collect();
         let plain = Batch::<_, 4, 12>::new("", BendingHinge::<Undamped>::new(&rest));
@@ -118,10 +178,16 @@ fn check_limit(what: &str, case: &serde_json::Value, plain: &Term, damped: &Term
     let (x, v) = (flat(&case["x"]), flat(&case["v"]));
     let error = |dt: f64| {
         let start: Vec<f64> = x.iter().zip(&v).map(|(x, v)| x - dt * v).collect();
-        relative(&added(plain, damped, &x, &start, dt).0, &flat(&case["force"]))
+        relative(
+            &added(plain, damped, &x, &start, dt).0,
+            &flat(&case["force"]),
+        )
     };
     let (long, short) = (error(1e-5), error(1e-6));
-    assert!(long < 0.05 && (short / long - 0.1).abs() < 0.02, "{what}: {long:.2e} {short:.2e}");
+    assert!(
+        long < 0.05 && (short / long - 0.1).abs() < 0.02,
+        "{what}: {long:.2e} {short:.2e}"
+    );
 }
 
 fn check(
@@ -135,7 +201,12 @@ fn check(
 ) {
     // The reference works on v; recovering it from positions costs digits.
     let (force, dh) = added(plain, damped, x, start, dt);
-    close(&format!("{what} force"), &force, &flat(&case["force"]), 1e-9);
+    close(
+        &format!("{what} force"),
+        &force,
+        &flat(&case["force"]),
+        1e-9,
+    );
     let by_v = flat(&case["dfdv"]);
     let by_x = flat(&case["dfdx_sym"]);
     let want: Vec<f64> = by_v.iter().zip(&by_x).map(|(v, x)| v / dt + x).collect();
@@ -170,7 +241,12 @@ fn check(
 /// Fundamental forms of planes, cylinders, spheres and random stencils.
 #[test]
 fn fundamental_forms() {
-    for (i, case) in golden("shape_operator").as_array().unwrap().iter().enumerate() {
+    for (i, case) in golden("shape_operator")
+        .as_array()
+        .unwrap()
+        .iter()
+        .enumerate()
+    {
         let material = flat(&case["X"]);
         let corners = [0, 1, 2].map(|i| [material[2 * i], material[2 * i + 1]]);
         let rest = RestTriangle::new(&corners, 0, false).unwrap();
@@ -178,7 +254,12 @@ fn fundamental_forms() {
         let x: [[f64; 3]; 6] = q.as_chunks::<3>().0.try_into().unwrap();
         let forms = triangle_forms(&x, [true; 3], &rest);
         let voigt = |m: &[f64]| [m[0], m[3], m[1]];
-        close(&format!("{i} I"), &forms.first, &voigt(&flat(&case["I"])), 1e-10);
+        close(
+            &format!("{i} I"),
+            &forms.first,
+            &voigt(&flat(&case["I"])),
+            1e-10,
+        );
         let want = voigt(&flat(&case["II"]));
         // A plane's curvature is round-off in both.
         if case["kind"] == "plane" {
@@ -189,11 +270,17 @@ fn fundamental_forms() {
         if let Some(radius) = case["R"].as_f64() {
             let [a, b] = forms.principal_curvatures();
             let trace = case["exact_trace"].as_f64().unwrap();
-            assert!((a + b - trace).abs() * radius < 2e-3, "{i}: {a} {b} {trace}");
+            assert!(
+                (a + b - trace).abs() * radius < 2e-3,
+                "{i}: {a} {b} {trace}"
+            );
         }
         if !case["dII"].is_null() {
             let mut d = [[0.0; 18]; 3];
-            assert_eq!(triangle_forms_derivative(&x, [true; 3], &rest, &mut d), forms);
+            assert_eq!(
+                triangle_forms_derivative(&x, [true; 3], &rest, &mut d),
+                forms
+            );
             let want = flat(&case["dII"]);
             for (row, at) in d.iter().zip([0, 54, 18]) {
                 close(&format!("{i} dII"), row, &want[at..at + 18], 1e-10);

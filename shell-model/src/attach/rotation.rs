@@ -36,5 +36,9 @@ pub(super) fn rotate(q: Quaternion, p: V) -> V {
 /// The unit quaternion along `q`; no rotation for zero.
 pub(super) fn normalised(q: Quaternion) -> Quaternion {
     let length = q.iter().map(|x| x * x).sum::<f64>().sqrt();
-    if length > 0.0 { q.map(|x| x / length) } else { [1.0, 0.0, 0.0, 0.0] }
+    if length > 0.0 {
+        q.map(|x| x / length)
+    } else {
+        [1.0, 0.0, 0.0, 0.0]
+    }
 }

@@ -39,7 +39,13 @@ impl<const N: usize> WeightedSpring<N> {
         assert_eq!(stencils.len(), weights.len(), "weights of every spring");
         assert_eq!(stencils.len(), shares.len(), "share of every spring");
         let now = stiffness.get();
-        Self { stencils, weights, shares, shared: stiffness, stiffness: now }
+        Self {
+            stencils,
+            weights,
+            shares,
+            shared: stiffness,
+            stiffness: now,
+        }
     }
 
     /// The vector that each spring pulls to zero [m].
@@ -58,7 +64,9 @@ impl<const N: usize> WeightedSpring<N> {
     fn local_gap<const M: usize>(&self, e: usize, q: &[f64; M]) -> [f64; 3] {
         // Differences first: the weights sum to zero.
         std::array::from_fn(|a| {
-            (1..N).map(|i| self.weights[e][i] * (q[3 * i + a] - q[a])).sum::<f64>()
+            (1..N)
+                .map(|i| self.weights[e][i] * (q[3 * i + a] - q[a]))
+                .sum::<f64>()
         })
     }
 }
@@ -69,7 +77,10 @@ impl WeightedSpring<3> {
     pub fn seam(pairs: &[(u32, [u32; 2], f64)], stiffness: SharedScalar) -> Self {
         Self::new(
             pairs.iter().map(|(i, [j, k], _)| [*i, *j, *k]).collect(),
-            pairs.iter().map(|(_, _, w)| [1.0, -(1.0 - w), -w]).collect(),
+            pairs
+                .iter()
+                .map(|(_, _, w)| [1.0, -(1.0 - w), -w])
+                .collect(),
             vec![1.0; pairs.len()],
             stiffness,
         )
@@ -79,7 +90,12 @@ impl WeightedSpring<3> {
 impl WeightedSpring<2> {
     /// Point-to-point pairs. `stiffness` [N/m] may be raised between steps.
     pub fn joint(pairs: &[[u32; 2]], stiffness: SharedScalar) -> Self {
-        Self::new(pairs.to_vec(), vec![[1.0, -1.0]; pairs.len()], vec![1.0; pairs.len()], stiffness)
+        Self::new(
+            pairs.to_vec(),
+            vec![[1.0, -1.0]; pairs.len()],
+            vec![1.0; pairs.len()],
+            stiffness,
+        )
     }
 }
 
@@ -88,8 +104,14 @@ impl WeightedSpring<4> {
     /// buttonhole held by the button's thread, a pocket corner.
     pub fn patch(pairs: &[(u32, [u32; 3], [f64; 3])], stiffness: SharedScalar) -> Self {
         Self::new(
-            pairs.iter().map(|(p, [i, j, k], _)| [*p, *i, *j, *k]).collect(),
-            pairs.iter().map(|(_, _, b)| [1.0, -b[0], -b[1], -b[2]]).collect(),
+            pairs
+                .iter()
+                .map(|(p, [i, j, k], _)| [*p, *i, *j, *k])
+                .collect(),
+            pairs
+                .iter()
+                .map(|(_, _, b)| [1.0, -b[0], -b[1], -b[2]])
+                .collect(),
             vec![1.0; pairs.len()],
             stiffness,
         )

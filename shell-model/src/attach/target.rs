@@ -27,7 +27,12 @@ impl Attachment {
         assert_eq!(points.len(), targets.len(), "target of every point");
         let mut now = Vec::new();
         targets.copy_to(&mut now);
-        Self { stencils: points.iter().map(|p| [*p]).collect(), stiffness, shared: targets, targets: now }
+        Self {
+            stencils: points.iter().map(|p| [*p]).collect(),
+            stiffness,
+            shared: targets,
+            targets: now,
+        }
     }
 }
 

@@ -1,7 +1,10 @@
 use selvedge_energy::{Curvature, EvalPoint, StencilEnergy};
 
 use super::rotation::{self, Quaternion};
-use crate::vec3::{Block, add, blend, cross, dot, node, norm, outer, put, put_transposed, scale, set_node, skew, sub};
+use crate::vec3::{
+    Block, add, blend, cross, dot, node, norm, outer, put, put_transposed, scale, set_node, skew,
+    sub,
+};
 
 /// A rigid trim (a button, a buckle): two points of the layout.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,7 +75,10 @@ impl RigidTrims {
             stencils,
             threads: threads.iter().map(|t| (*t, [0.0; 3])).collect(),
             bodies: bodies.to_vec(),
-            orientations: bodies.iter().flat_map(|b| rotation::normalised(b.orientation)).collect(),
+            orientations: bodies
+                .iter()
+                .flat_map(|b| rotation::normalised(b.orientation))
+                .collect(),
         };
         trims.turn_arms();
         trims
@@ -162,10 +168,16 @@ impl StencilEnergy<3, 9> for RigidTrims {
     }
 
     fn commit(&mut self, at: &EvalPoint<'_>) {
-        for (body, orientation) in self.bodies.iter().zip(self.orientations.as_chunks_mut::<4>().0) {
+        for (body, orientation) in self
+            .bodies
+            .iter()
+            .zip(self.orientations.as_chunks_mut::<4>().0)
+        {
             let turn = sub(at.point(body.spin), at.point_start(body.spin));
-            let next =
-                rotation::normalised(rotation::multiply(rotation::from_vector(turn), *orientation));
+            let next = rotation::normalised(rotation::multiply(
+                rotation::from_vector(turn),
+                *orientation,
+            ));
             if next.iter().all(|x| x.is_finite()) {
                 *orientation = next;
             }
@@ -218,7 +230,11 @@ fn geometric_projected(d: [f64; 3], r: [f64; 3]) -> Block {
     let c = dot(d1, r1).clamp(-1.0, 1.0);
     if c >= 0.0 {
         let v = add(r1, d1);
-        sum(&geometric(d, r), 0.25 * p * (1.0 - c) / (1.0 + c), &outer(v, v))
+        sum(
+            &geometric(d, r),
+            0.25 * p * (1.0 - c) / (1.0 + c),
+            &outer(v, v),
+        )
     } else {
         let u = sub(r1, d1);
         outer(scale(0.25 * p * (1.0 + c) / (1.0 - c), u), u)
@@ -237,7 +253,9 @@ impl BodyInertia {
     /// body's third axis.
     pub fn disc(mass: f64, radius: f64, thickness: f64) -> Self {
         let across = mass * (0.25 * radius * radius + thickness * thickness / 12.0);
-        Self { principal: [across, across, 0.5 * mass * radius * radius] }
+        Self {
+            principal: [across, across, 0.5 * mass * radius * radius],
+        }
     }
 
     /// Mean moment, the "mass" of a spin point [kg·m²].
@@ -271,7 +289,10 @@ impl BodyInertia {
         let turn: Quaternion = rotation::from_vector(scale(dt, omega_end));
         let end = self.world(rotation::multiply(turn, orientation_start));
         let start = self.world(orientation_start);
-        let change = sub(crate::vec3::apply(&end, omega_end), crate::vec3::apply(&start, omega_start));
+        let change = sub(
+            crate::vec3::apply(&end, omega_end),
+            crate::vec3::apply(&start, omega_start),
+        );
         (change, end)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::vec3::{Block, V, add, blend, cross, dot, node, outer, scale, sub};
+use crate::vec3::{Block, V, add, blend, cross, dot, node, outer, scale, set_node, sub};
 
 /// Frame of one wing.
 ///
@@ -84,7 +84,10 @@ impl HingeFrame {
     #[inline(always)]
     pub fn gradient(&self) -> [V; 4] {
         let [one, two] = &self.wings;
-        let (g2, g3) = (scale(-one.inverse_height, one.n), scale(-two.inverse_height, two.n));
+        let (g2, g3) = (
+            scale(-one.inverse_height, one.n),
+            scale(-two.inverse_height, two.n),
+        );
         let g1 = blend(-one.foot, g2, -two.foot, g3);
         let g0 = scale(-1.0, add(g1, add(g2, g3)));
         [g0, g1, g2, g3]
@@ -120,7 +123,11 @@ impl WingFrame {
         let moo = c * alpha_o * alpha_o;
         let t11 = c * beta * alpha_1;
         let t1o = c * beta * alpha_o;
-        let mut out = WingBlocks { b11: [[0.0; 3]; 3], b1o: [[0.0; 3]; 3], boo: [[0.0; 3]; 3] };
+        let mut out = WingBlocks {
+            b11: [[0.0; 3]; 3],
+            b1o: [[0.0; 3]; 3],
+            boo: [[0.0; 3]; 3],
+        };
         for i in 0..3 {
             for j in 0..3 {
                 let s = nm[i][j] + nm[j][i];
@@ -134,76 +141,73 @@ impl WingFrame {
 
     /// The positive semidefinite part of `c (P + Pᵀ)`.
     ///
-    /// `P = L Rᵀ` has rank 2 and its two factors span orthogonal spaces, so
-    /// the positive part is `½ (|Pᵀ| + |P| + P + Pᵀ)`. With the Gram matrices
-    /// `G_L, G_R` of the factors, `|Pᵀ| = L X Lᵀ` and `|P| = R X⁻¹ Rᵀ`, where
+    /// `P = L Rᵀ` has rank 2 and its factors span orthogonal spaces, so the
+    /// positive part is `½ (|Pᵀ| + |P| + P + Pᵀ)`. With the Gram matrices
+    /// `G_L, G_R` of the factors, `|Pᵀ| = L X Lᵀ` and `|P| = R X⁻¹ Rᵀ` where
     /// `X G_L X = G_R`: the geometric mean of `G_L⁻¹` and `G_R`, which for 2×2
-    /// matrices is `γ S/√det S`, `S = adj G_L/√det G_L + G_R/√det G_R`,
-    /// `γ = (det G_R/det G_L)^¼`. `det G_L = 3/(η l)²` never vanishes.
+    /// matrices is
+    ///
+    /// ```text
+    /// X = γ S/√det S,   S = adj G_L/√det G_L + G_R/√det G_R,   γ = (det G_R/det G_L)^¼
+    /// ```
+    /// With `X = Λ Λᵀ` the sum is `½ W Wᵀ`, `W = L Λ + sign(c) R Λ⁻ᵀ`: two
+    /// vectors, semidefinite in floating point too. `det G_L = 3/(η l)²` never
+    /// vanishes, and `det S` is written without a difference.
+    ///
+    /// Returns the two vectors; `opposite` is the wing's own node, 2 or 3.
     #[inline(always)]
-    pub fn second_projected(&self, t: V, inverse_length: f64, c: f64) -> WingBlocks {
+    pub fn positive(&self, opposite: usize, t: V, inverse_length: f64, c: f64) -> [[f64; 12]; 2] {
         let beta = inverse_length;
         let alpha_o = self.inverse_height;
-        let alpha_1 = -self.foot * alpha_o;
         let s = self.foot;
+        let alpha_1 = -s * alpha_o;
         let aa = alpha_o * alpha_o * ((1.0 - s) * (1.0 - s) + s * s + 1.0);
         let ab = (1.0 - 2.0 * s) * alpha_o * beta;
         let bb = 2.0 * beta * beta;
         let det_left = 3.0 * (alpha_o * beta) * (alpha_o * beta);
         let det_right = aa * aa + 0.25 * det_left;
-        let (root_left, root_right) = (det_left.sqrt(), det_right.sqrt());
-        let (il, ir) = (1.0 / root_left, 1.0 / root_right);
+        let (il, ir) = (1.0 / det_left.sqrt(), 1.0 / det_right.sqrt());
         let s11 = bb * il + aa * ir;
-        let s12 = -ab * il + 0.5 * ab * ir;
-        let s22 = aa * il + (aa + 0.25 * bb) * ir;
-        let gamma = (root_right * il).sqrt();
-        let inverse_root = 1.0 / (s11 * s22 - s12 * s12).sqrt();
-        let half = 0.5 * c.abs() * inverse_root;
-        let (x, y) = (half * gamma, half / gamma);
-        // ½|c| X and ½|c| X⁻¹
-        let (x11, x12, x22) = (x * s11, x * s12, x * s22);
-        let (y11, y12, y22) = (y * s22, -y * s12, y * s11);
-        let half_c = 0.5 * c;
-
-        let (n, m) = (self.n, self.m);
-        let block = |ai: f64, bi: f64, aj: f64, bj: f64| -> Block {
-            let (aa, cross, bb) = (ai * aj, ai * bj + bi * aj, bi * bj);
-            let nn = x11 * aa + x12 * cross + x22 * bb;
-            let mm = y11 * aa + 0.5 * y12 * cross + 0.25 * y22 * bb;
-            let tt = y22 * aa;
-            let mt = y12 * aa + 0.5 * y22 * bi * aj;
-            let tm = y12 * aa + 0.5 * y22 * ai * bj;
-            let nm = half_c * (aa + 0.5 * bb);
-            let nt = half_c * bi * aj;
-            let tn = half_c * ai * bj;
-            // F K Fᵀ in the frame F = [n m t].
-            let kn = [
-                nn * n[0] + nm * m[0] + nt * t[0],
-                nn * n[1] + nm * m[1] + nt * t[1],
-                nn * n[2] + nm * m[2] + nt * t[2],
-            ];
-            let km = [
-                nm * n[0] + mm * m[0] + mt * t[0],
-                nm * n[1] + mm * m[1] + mt * t[1],
-                nm * n[2] + mm * m[2] + mt * t[2],
-            ];
-            let kt = [
-                tn * n[0] + tm * m[0] + tt * t[0],
-                tn * n[1] + tm * m[1] + tt * t[1],
-                tn * n[2] + tm * m[2] + tt * t[2],
-            ];
-            let mut out = [[0.0; 3]; 3];
-            for i in 0..3 {
-                for j in 0..3 {
-                    out[i][j] = n[i] * kn[j] + m[i] * km[j] + t[i] * kt[j];
-                }
-            }
-            out
+        let s12 = ab * (0.5 * ir - il);
+        let det_s = 2.0 + (aa * aa + ab * ab + bb * (aa + 0.25 * bb)) * il * ir;
+        // Λ = [[a, 0], [b, d]], det X = γ²
+        let gamma = (il / ir).sqrt();
+        let x = gamma / det_s.sqrt();
+        let a = (x * s11).sqrt();
+        let (ia, b) = (1.0 / a, x * s12 / a);
+        let (d, id) = (gamma * ia, a / gamma);
+        let weight = (0.5 * c.abs()).sqrt();
+        let sign = weight * c.signum();
+        // Each vector's part on the node with coefficients (α, β).
+        let first = |alpha: f64, beta: f64| {
+            blend(
+                weight * (a * alpha + b * beta),
+                self.n,
+                sign * ia * alpha,
+                self.m,
+            )
         };
-        WingBlocks {
-            b11: block(alpha_1, beta, alpha_1, beta),
-            b1o: block(alpha_1, beta, alpha_o, 0.0),
-            boo: block(alpha_o, 0.0, alpha_o, 0.0),
-        }
+        let second = |alpha: f64, beta: f64| {
+            let m = sign * id * (0.5 * beta - b * ia * alpha);
+            add(
+                blend(weight * d * beta, self.n, m, self.m),
+                scale(sign * id * alpha, t),
+            )
+        };
+        [
+            spread(opposite, first(alpha_1, beta), first(alpha_o, 0.0)),
+            spread(opposite, second(alpha_1, beta), second(alpha_o, 0.0)),
+        ]
     }
+}
+
+/// A vector on all nodes from its parts on node 1 and the wing's own; node 0
+/// has minus their sum, because a translation does nothing.
+#[inline(always)]
+fn spread(opposite: usize, at_1: V, at_opposite: V) -> [f64; 12] {
+    let mut v = [0.0; 12];
+    set_node(&mut v, 0, scale(-1.0, add(at_1, at_opposite)));
+    set_node(&mut v, 1, at_1);
+    set_node(&mut v, opposite, at_opposite);
+    v
 }

@@ -3,7 +3,9 @@ use std::marker::PhantomData;
 use selvedge_energy::{Curvature, EvalPoint, StencilEnergy};
 
 use super::frame::{Floors, HingeFrame, WingBlocks, unwrap};
-use crate::vec3::{V, add, cross, dot, node, norm, outer, put, put_transposed, scale, set_node, sub};
+use crate::vec3::{
+    V, add, cross, dot, node, norm, outer, put, put_transposed, scale, set_node, sub,
+};
 use crate::{Damping, DampingKind};
 
 /// Rest data of one hinge.
@@ -185,7 +187,11 @@ impl<D: Damping, L: AngleLaw> BendingHinge<D, L> {
         }
         let material = tangent * slope * slope;
         let curved = stress * bend;
-        Turned { value, moment: stress * slope, stiffness: [material + curved, material + curved.max(0.0)] }
+        Turned {
+            value,
+            moment: stress * slope,
+            stiffness: [material + curved, material + curved.max(0.0)],
+        }
     }
 }
 
@@ -253,14 +259,14 @@ impl<D: Damping, L: AngleLaw> StencilEnergy<4, 12> for BendingHinge<D, L> {
             Curvature::Exact => {
                 let a = one.second(t, il, turned.moment);
                 let b = two.second(t, il, turned.moment);
-                write(exact, &theta, Some((&a, &b)), h);
+                write(exact, &theta, &a, &b, h);
             }
             Curvature::Projected => {
-                let a = one.second_projected(t, il, turned.moment);
-                let b = two.second_projected(t, il, turned.moment);
-                write(positive, &theta, Some((&a, &b)), h);
+                let [a, b] = one.positive(2, t, il, turned.moment);
+                let [c, d] = two.positive(3, t, il, turned.moment);
+                write_squares(&[stretched(positive, &theta), a, b, c, d], h);
             }
-            Curvature::GaussNewton => write(positive, &theta, None, h),
+            Curvature::GaussNewton => write_squares(&[stretched(positive, &theta)], h),
         }
         turned.value
     }
@@ -310,7 +316,11 @@ fn wholeness(q: &[f64; 12], floors: &Floors) -> f64 {
     let x0 = node(q, 0);
     let e = sub(node(q, 1), x0);
     let l = norm(e);
-    let sizes = [l, norm(cross(e, sub(node(q, 2), x0))) / l, norm(cross(e, sub(node(q, 3), x0))) / l];
+    let sizes = [
+        l,
+        norm(cross(e, sub(node(q, 2), x0))) / l,
+        norm(cross(e, sub(node(q, 3), x0))) / l,
+    ];
     let mut product = 1.0;
     for (size, floor) in sizes.into_iter().zip(floors) {
         if *floor > f64::MIN_POSITIVE {
@@ -323,9 +333,34 @@ fn wholeness(q: &[f64; 12], floors: &Floors) -> f64 {
     product
 }
 
+/// `√k ∇θ`
+#[inline(always)]
+fn stretched(k: f64, theta: &[V; 4]) -> [f64; 12] {
+    let root = k.sqrt();
+    let mut v = [0.0; 12];
+    for i in 0..4 {
+        set_node(&mut v, i, scale(root, theta[i]));
+    }
+    v
+}
+
+/// Writes `Σ v vᵀ`.
+#[inline(always)]
+fn write_squares<const K: usize>(vectors: &[[f64; 12]; K], h: &mut [[f64; 12]; 12]) {
+    for i in 0..12 {
+        let mut row = [0.0; 12];
+        for v in vectors {
+            for j in 0..12 {
+                row[j] += v[i] * v[j];
+            }
+        }
+        h[i] = row;
+    }
+}
+
 /// Writes `k ∇θ ∇θᵀ` plus the wings' blocks.
 #[inline(always)]
-fn write(k: f64, theta: &[V; 4], wings: Option<(&WingBlocks, &WingBlocks)>, h: &mut [[f64; 12]; 12]) {
+fn write(k: f64, theta: &[V; 4], one: &WingBlocks, two: &WingBlocks, h: &mut [[f64; 12]; 12]) {
     let [_, g1, g2, g3] = *theta;
     let mut h11 = outer(scale(k, g1), g1);
     let mut h12 = outer(scale(k, g1), g2);
@@ -333,14 +368,12 @@ fn write(k: f64, theta: &[V; 4], wings: Option<(&WingBlocks, &WingBlocks)>, h: &
     let mut h22 = outer(scale(k, g2), g2);
     let h23 = outer(scale(k, g2), g3);
     let mut h33 = outer(scale(k, g3), g3);
-    if let Some((one, two)) = wings {
-        for i in 0..3 {
-            h11[i] = add(h11[i], add(one.b11[i], two.b11[i]));
-            h12[i] = add(h12[i], one.b1o[i]);
-            h13[i] = add(h13[i], two.b1o[i]);
-            h22[i] = add(h22[i], one.boo[i]);
-            h33[i] = add(h33[i], two.boo[i]);
-        }
+    for i in 0..3 {
+        h11[i] = add(h11[i], add(one.b11[i], two.b11[i]));
+        h12[i] = add(h12[i], one.b1o[i]);
+        h13[i] = add(h13[i], two.b1o[i]);
+        h22[i] = add(h22[i], one.boo[i]);
+        h33[i] = add(h33[i], two.boo[i]);
     }
     // Symmetric to the last bit.
     for b in [&mut h11, &mut h22, &mut h33] {
@@ -362,14 +395,22 @@ fn write(k: f64, theta: &[V; 4], wings: Option<(&WingBlocks, &WingBlocks)>, h: &
     let mut h00 = [[0.0; 3]; 3];
     for i in 0..3 {
         for j in 0..3 {
-            let (a, b) = (h01[i][j] + h02[i][j] + h03[i][j], h01[j][i] + h02[j][i] + h03[j][i]);
+            let (a, b) = (
+                h01[i][j] + h02[i][j] + h03[i][j],
+                h01[j][i] + h02[j][i] + h03[j][i],
+            );
             h00[i][j] = -0.5 * (a + b);
         }
     }
     put(h, 0, 0, &h00);
-    for (i, j, b) in
-        [(0, 1, &h01), (0, 2, &h02), (0, 3, &h03), (1, 2, &h12), (1, 3, &h13), (2, 3, &h23)]
-    {
+    for (i, j, b) in [
+        (0, 1, &h01),
+        (0, 2, &h02),
+        (0, 3, &h03),
+        (1, 2, &h12),
+        (1, 3, &h13),
+        (2, 3, &h23),
+    ] {
         put(h, i, j, b);
         put_transposed(h, j, i, b);
     }

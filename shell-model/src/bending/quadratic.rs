@@ -36,9 +36,18 @@ impl BendingQuadratic {
         let row = |r: &QuadraticRest| {
             let [(s1, i1), (s2, i2)] = [0, 1].map(|w| (r.feet[w], 1.0 / r.heights[w]));
             let k = r.stiffness.sqrt();
-            [-(1.0 - s1) * i1 - (1.0 - s2) * i2, -s1 * i1 - s2 * i2, i1, i2].map(|x| k * x)
+            [
+                -(1.0 - s1) * i1 - (1.0 - s2) * i2,
+                -s1 * i1 - s2 * i2,
+                i1,
+                i2,
+            ]
+            .map(|x| k * x)
         };
-        Self { stencils: rest.iter().map(|r| r.points).collect(), rows: rest.iter().map(row).collect() }
+        Self {
+            stencils: rest.iter().map(|r| r.points).collect(),
+            rows: rest.iter().map(row).collect(),
+        }
     }
 
     #[inline(always)]

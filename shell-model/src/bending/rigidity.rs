@@ -19,7 +19,11 @@ pub struct DirectionalRigidity {
 impl From<&BendingRigidity> for DirectionalRigidity {
     fn from(b: &BendingRigidity) -> Self {
         let (sum, twist) = (b.warp + b.weft, b.twist());
-        Self { b0: 0.375 * sum + 0.25 * twist, b2: 0.5 * (b.warp - b.weft), b4: 0.125 * sum - 0.25 * twist }
+        Self {
+            b0: 0.375 * sum + 0.25 * twist,
+            b2: 0.5 * (b.warp - b.weft),
+            b4: 0.125 * sum - 0.25 * twist,
+        }
     }
 }
 
@@ -36,7 +40,11 @@ impl DirectionalRigidity {
         let at = |cos2: f64| self.b0 + self.b2 * cos2 + self.b4 * (2.0 * cos2 * cos2 - 1.0);
         let ends = at(1.0).min(at(-1.0));
         let turning = -self.b2 / (4.0 * self.b4);
-        if turning.abs() < 1.0 { ends.min(at(turning)) } else { ends }
+        if turning.abs() < 1.0 {
+            ends.min(at(turning))
+        } else {
+            ends
+        }
     }
 
     /// The law that hinges need so that the sheet shows `self`.
@@ -46,7 +54,11 @@ impl DirectionalRigidity {
     /// as one third of what was put in. `None` when the harmonics so magnified
     /// would leave some direction with less than a tenth of the mean.
     pub fn calibrated(&self) -> Option<Self> {
-        let law = Self { b2: 1.5 * self.b2, b4: 3.0 * self.b4, ..*self };
+        let law = Self {
+            b2: 1.5 * self.b2,
+            b4: 3.0 * self.b4,
+            ..*self
+        };
         (law.min() >= 0.1 * self.b0).then_some(law)
     }
 }
@@ -79,7 +91,11 @@ mod tests {
     /// Both forms of the law agree in every direction, and the minimum is one.
     #[test]
     fn harmonics() {
-        let b = BendingRigidity { warp: 2e-5, weft: 1.1e-5, bias: 0.8e-5 };
+        let b = BendingRigidity {
+            warp: 2e-5,
+            weft: 1.1e-5,
+            bias: 0.8e-5,
+        };
         let law = DirectionalRigidity::from(&b);
         let mut least = f64::INFINITY;
         for i in 0..1000 {
@@ -88,9 +104,24 @@ mod tests {
             assert!((along - b.rigidity(angle)).abs() < 1e-19);
             least = least.min(along);
         }
-        assert!((law.min() - least).abs() < 1e-5 * least, "{} {least}", law.min());
+        assert!(
+            (law.min() - least).abs() < 1e-5 * least,
+            "{} {least}",
+            law.min()
+        );
         assert_eq!(law.calibrated(), None);
-        let mild = DirectionalRigidity { b0: 1.0, b2: 0.1, b4: 0.05 };
-        assert_eq!(mild.calibrated(), Some(DirectionalRigidity { b0: 1.0, b2: 0.15000000000000002, b4: 0.15000000000000002 }));
+        let mild = DirectionalRigidity {
+            b0: 1.0,
+            b2: 0.1,
+            b4: 0.05,
+        };
+        assert_eq!(
+            mild.calibrated(),
+            Some(DirectionalRigidity {
+                b0: 1.0,
+                b2: 0.15000000000000002,
+                b4: 0.15000000000000002
+            })
+        );
     }
 }

@@ -51,7 +51,11 @@ impl MembraneGuard {
             .zip(mesh.fabric())
             .map(|(rest, fabric)| (*rest, stiffness[usize::from(*fabric)]))
             .collect();
-        Self { stencils: mesh.triangles().to_vec(), elements, onset }
+        Self {
+            stencils: mesh.triangles().to_vec(),
+            elements,
+            onset,
+        }
     }
 
     #[inline]
@@ -106,7 +110,11 @@ impl Closing {
         for i in 0..3 {
             for j in 0..3 {
                 let plane = if i == j { 1.0 } else { 0.0 } - n[i] * n[j];
-                let t = if exact { c * twist[i][j] } else { 0.5 * c * twist[i][j] };
+                let t = if exact {
+                    c * twist[i][j]
+                } else {
+                    0.5 * c * twist[i][j]
+                };
                 h[0][1][i][j] += t;
                 h[1][0][i][j] -= t;
                 if !exact {
@@ -147,7 +155,9 @@ impl StencilEnergy<3, 9> for MembraneGuard {
 
     fn gradient(&self, e: usize, q: &[f64; 9], _: &EvalPoint<'_>, g: &mut [f64; 9]) -> f64 {
         *g = [0.0; 9];
-        let Some(closing) = self.closing(e, q) else { return 0.0 };
+        let Some(closing) = self.closing(e, q) else {
+            return 0.0;
+        };
         if closing.ratio >= NO_DIRECTION {
             let [a, b] = closing.slopes();
             let f = -closing.stiffness * closing.depth;
@@ -170,7 +180,9 @@ impl StencilEnergy<3, 9> for MembraneGuard {
     ) -> f64 {
         *h = [[0.0; 9]; 9];
         let value = self.gradient(e, q, at, g);
-        let Some(closing) = self.closing(e, q) else { return value };
+        let Some(closing) = self.closing(e, q) else {
+            return value;
+        };
         if closing.ratio < NO_DIRECTION {
             return value;
         }
@@ -189,6 +201,12 @@ impl StencilEnergy<3, 9> for MembraneGuard {
                         h[3 * i + a][3 * j + b] = sum;
                     }
                 }
+            }
+        }
+        // Symmetric to the last bit.
+        for i in 0..9 {
+            for j in 0..i {
+                h[i][j] = h[j][i];
             }
         }
         value

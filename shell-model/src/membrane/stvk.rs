@@ -73,15 +73,32 @@ impl<D: Damping> MembraneStVk<D> {
     /// # Panics
     /// When a triangle's fabric has no law.
     pub fn new(mesh: &ShellMesh, laws: &[(MembraneModuli, f64)]) -> Self {
-        assert!(mesh.fabric().iter().all(|f| usize::from(*f) < laws.len()), "a law per fabric");
+        assert!(
+            mesh.fabric().iter().all(|f| usize::from(*f) < laws.len()),
+            "a law per fabric"
+        );
         let elements = mesh
             .rest()
             .iter()
             .zip(mesh.fabric())
-            .map(|(rest, fabric)| Element { rest: *rest, law: u32::from(*fabric) })
+            .map(|(rest, fabric)| Element {
+                rest: *rest,
+                law: u32::from(*fabric),
+            })
             .collect();
-        let laws = laws.iter().map(|(moduli, beta)| Law { moduli: *moduli, beta: *beta }).collect();
-        Self { stencils: mesh.triangles().to_vec(), elements, laws, damping: PhantomData }
+        let laws = laws
+            .iter()
+            .map(|(moduli, beta)| Law {
+                moduli: *moduli,
+                beta: *beta,
+            })
+            .collect();
+        Self {
+            stencils: mesh.triangles().to_vec(),
+            elements,
+            laws,
+            damping: PhantomData,
+        }
     }
 
     #[inline(always)]
@@ -112,7 +129,13 @@ impl<D: Damping> MembraneStVk<D> {
             stress = blend(1.0, elastic, time, viscous);
             tangent *= 1.0 + time;
         }
-        Stressed { u, v, stress: stress.map(|s| rest.area * s), tangent, value }
+        Stressed {
+            u,
+            v,
+            stress: stress.map(|s| rest.area * s),
+            tangent,
+            value,
+        }
     }
 }
 
@@ -185,7 +208,11 @@ fn green(u: V, v: V) -> [f64; 3] {
 /// `C ε`
 #[inline(always)]
 fn times(c: &MembraneModuli, e: [f64; 3]) -> [f64; 3] {
-    [c.warp * e[0] + c.coupling * e[1], c.coupling * e[0] + c.weft * e[1], c.shear * e[2]]
+    [
+        c.warp * e[0] + c.coupling * e[1],
+        c.coupling * e[0] + c.weft * e[1],
+        c.shear * e[2],
+    ]
 }
 
 /// The positive part of the symmetric matrix `[[s_0, s_2], [s_2, s_1]]`.

@@ -75,7 +75,11 @@ impl ShellMesh {
         let expected = triangles.len();
         for (what, found) in [("material", material.len()), ("fabric", fabric.len())] {
             if found != expected {
-                return Err(ModelError::Length { what, expected, found });
+                return Err(ModelError::Length {
+                    what,
+                    expected,
+                    found,
+                });
             }
         }
         topology::check_points(points, &triangles)?;
@@ -84,7 +88,11 @@ impl ShellMesh {
             .enumerate()
             .map(|(t, corners)| RestTriangle::new(corners, t, slivers))
             .collect::<Result<_, _>>()?;
-        let topology::Topology { edges, hinges, neighbours } = topology::build(&triangles)?;
+        let topology::Topology {
+            edges,
+            hinges,
+            neighbours,
+        } = topology::build(&triangles)?;
         let mut used = vec![false; points];
         for p in triangles.iter().flatten() {
             used[*p as usize] = true;
@@ -111,7 +119,11 @@ impl ShellMesh {
     pub fn renumbered(&self, new_of_old: &[u32]) -> Result<Self, ModelError> {
         if new_of_old.len() != self.points {
             let (expected, found) = (self.points, new_of_old.len());
-            return Err(ModelError::Length { what: "renumbering", expected, found });
+            return Err(ModelError::Length {
+                what: "renumbering",
+                expected,
+                found,
+            });
         }
         let mut taken = vec![false; self.points];
         for (index, &value) in new_of_old.iter().enumerate() {
@@ -120,13 +132,30 @@ impl ShellMesh {
                 _ => return Err(ModelError::NotAPermutation { index, value }),
             }
         }
-        let triangles: Vec<[u32; 3]> =
-            self.triangles.iter().map(|t| t.map(|p| new_of_old[p as usize])).collect();
-        let topology::Topology { edges, hinges, neighbours } = topology::build(&triangles)?;
-        let mut isolated: Vec<u32> =
-            self.isolated.iter().map(|p| new_of_old[*p as usize]).collect();
+        let triangles: Vec<[u32; 3]> = self
+            .triangles
+            .iter()
+            .map(|t| t.map(|p| new_of_old[p as usize]))
+            .collect();
+        let topology::Topology {
+            edges,
+            hinges,
+            neighbours,
+        } = topology::build(&triangles)?;
+        let mut isolated: Vec<u32> = self
+            .isolated
+            .iter()
+            .map(|p| new_of_old[*p as usize])
+            .collect();
         isolated.sort_unstable();
-        Ok(Self { triangles, edges, hinges, neighbours, isolated, ..self.clone() })
+        Ok(Self {
+            triangles,
+            edges,
+            hinges,
+            neighbours,
+            isolated,
+            ..self.clone()
+        })
     }
 
     /// Number of points.
@@ -187,8 +216,12 @@ impl ShellMesh {
 
     /// Points on the boundary, in rising order.
     pub fn boundary_points(&self) -> Vec<u32> {
-        let mut points: Vec<u32> =
-            self.edges.iter().filter(|e| e.is_boundary()).flat_map(|e| e.points).collect();
+        let mut points: Vec<u32> = self
+            .edges
+            .iter()
+            .filter(|e| e.is_boundary())
+            .flat_map(|e| e.points)
+            .collect();
         points.sort_unstable();
         points.dedup();
         points

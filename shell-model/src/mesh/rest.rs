@@ -42,19 +42,28 @@ impl RestTriangle {
         let e3 = [c[0] - b[0], c[1] - b[1]];
         let det = e1[0] * e2[1] - e1[1] * e2[0];
         let area = 0.5 * det.abs();
-        let longest2 =
-            [e1, e2, e3].iter().map(|e| e[0] * e[0] + e[1] * e[1]).fold(0.0, f64::max);
+        let longest2 = [e1, e2, e3]
+            .iter()
+            .map(|e| e[0] * e[0] + e[1] * e[1])
+            .fold(0.0, f64::max);
         let aspect = 2.0 * area / longest2;
         // `aspect` is NaN when all corners coincide.
-        let thin = !(area > MIN_RELATIVE_AREA * longest2)
-            || !(allow_slivers || aspect > MIN_ASPECT)
-            || !(1.0 / det).is_finite();
-        if thin {
+        let solid = area > MIN_RELATIVE_AREA * longest2
+            && (allow_slivers || aspect > MIN_ASPECT)
+            && (1.0 / det).is_finite();
+        if !solid {
             let aspect = if aspect.is_nan() { 0.0 } else { aspect };
-            return Err(ModelError::DegenerateTriangle { triangle, area, aspect });
+            return Err(ModelError::DegenerateTriangle {
+                triangle,
+                area,
+                aspect,
+            });
         }
         if det < 0.0 {
-            return Err(ModelError::InvertedTriangle { triangle, area: 0.5 * det });
+            return Err(ModelError::InvertedTriangle {
+                triangle,
+                area: 0.5 * det,
+            });
         }
         let inverse = [e2[1] / det, -e2[0] / det, -e1[1] / det, e1[0] / det];
         Ok(Self { inverse, area })

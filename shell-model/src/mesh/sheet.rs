@@ -20,7 +20,9 @@ impl Sheet {
 
     /// Points whose material coordinates satisfy `inside`.
     pub fn select(&self, inside: impl Fn([f64; 2]) -> bool) -> Vec<u32> {
-        (0..self.flat.len() as u32).filter(|i| inside(self.flat[*i as usize])).collect()
+        (0..self.flat.len() as u32)
+            .filter(|i| inside(self.flat[*i as usize]))
+            .collect()
     }
 }
 
@@ -36,7 +38,10 @@ pub fn grid(nu: usize, nv: usize, size: [f64; 2]) -> Result<Sheet, ModelError> {
     let mut flat = Vec::with_capacity((nu + 1) * (nv + 1));
     for j in 0..=nv {
         for i in 0..=nu {
-            flat.push([size[0] * i as f64 / nu as f64, size[1] * j as f64 / nv as f64]);
+            flat.push([
+                size[0] * i as f64 / nu as f64,
+                size[1] * j as f64 / nv as f64,
+            ]);
         }
     }
     let at = |i: usize, j: usize| (j * (nu + 1) + i) as u32;
@@ -82,7 +87,9 @@ pub fn equilateral(nu: usize, nv: usize, size: [f64; 2]) -> Result<Sheet, ModelE
     }
     let mut triangles = Vec::new();
     for pair in rows.windows(2) {
-        let [(low, low_count), (high, high_count)] = pair else { continue };
+        let [(low, low_count), (high, high_count)] = pair else {
+            continue;
+        };
         // Walk along both rows, always advancing the one that lags.
         let (mut a, mut b) = (0, 0);
         while a + 1 < *low_count || b + 1 < *high_count {
@@ -128,19 +135,30 @@ pub fn equilateral_edge(size: [f64; 2], edge: f64) -> Result<Sheet, ModelError> 
 fn check(nu: usize, nv: usize, size: [f64; 2]) -> Result<(), ModelError> {
     for (what, value) in [("cells along u", nu as f64), ("cells along v", nv as f64)] {
         if !(1.0..=1e9).contains(&value) {
-            return Err(ModelError::Parameter { what, value, allowed: "between 1 and 1e9" });
+            return Err(ModelError::Parameter {
+                what,
+                value,
+                allowed: "between 1 and 1e9",
+            });
         }
     }
     for (what, value) in [("size along u", size[0]), ("size along v", size[1])] {
         if !(value > 0.0 && value.is_finite()) {
-            return Err(ModelError::Parameter { what, value, allowed: "positive and finite" });
+            return Err(ModelError::Parameter {
+                what,
+                value,
+                allowed: "positive and finite",
+            });
         }
     }
     Ok(())
 }
 
 fn finish(flat: Vec<[f64; 2]>, triangles: Vec<[u32; 3]>) -> Result<Sheet, ModelError> {
-    let material = triangles.iter().map(|t| t.map(|p| flat[p as usize])).collect();
+    let material = triangles
+        .iter()
+        .map(|t| t.map(|p| flat[p as usize]))
+        .collect();
     let fabric = vec![0; triangles.len()];
     let mesh = ShellMesh::new(flat.len(), triangles, material, fabric)?;
     Ok(Sheet { mesh, flat })

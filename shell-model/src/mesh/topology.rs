@@ -60,11 +60,18 @@ struct Side {
 pub(super) fn check_points(points: usize, triangles: &[[u32; 3]]) -> Result<(), ModelError> {
     for (triangle, t) in triangles.iter().enumerate() {
         if let Some(&point) = t.iter().find(|p| **p as usize >= points) {
-            return Err(ModelError::PointOutOfRange { triangle, point, points });
+            return Err(ModelError::PointOutOfRange {
+                triangle,
+                point,
+                points,
+            });
         }
         for (a, b) in [(0, 1), (0, 2), (1, 2)] {
             if t[a] == t[b] {
-                return Err(ModelError::RepeatedPoint { triangle, point: t[a] });
+                return Err(ModelError::RepeatedPoint {
+                    triangle,
+                    point: t[a],
+                });
             }
         }
     }
@@ -79,7 +86,10 @@ pub(super) fn check_points(points: usize, triangles: &[[u32; 3]]) -> Result<(), 
         .collect();
     sorted.sort_unstable();
     match sorted.windows(2).find(|w| w[0].0 == w[1].0) {
-        Some(w) => Err(ModelError::DuplicateTriangle { first: w[0].1, second: w[1].1 }),
+        Some(w) => Err(ModelError::DuplicateTriangle {
+            first: w[0].1,
+            second: w[1].1,
+        }),
         None => Ok(()),
     }
 }
@@ -105,7 +115,10 @@ pub(super) fn build(triangles: &[[u32; 3]]) -> Result<Topology, ModelError> {
     for group in sides.chunk_by(|a, b| (a.low, a.high) == (b.low, b.high)) {
         let points = [group[0].low, group[0].high];
         match group {
-            [one] => edges.push(Edge { points, triangles: [one.triangle, NONE] }),
+            [one] => edges.push(Edge {
+                points,
+                triangles: [one.triangle, NONE],
+            }),
             [one, two] => {
                 if one.upward == two.upward {
                     return Err(ModelError::InconsistentWinding {
@@ -113,11 +126,18 @@ pub(super) fn build(triangles: &[[u32; 3]]) -> Result<Topology, ModelError> {
                         triangles: [one.triangle as usize, two.triangle as usize],
                     });
                 }
-                edges.push(Edge { points, triangles: [one.triangle, two.triangle] });
+                edges.push(Edge {
+                    points,
+                    triangles: [one.triangle, two.triangle],
+                });
                 neighbours[one.triangle as usize][one.corner as usize] = two.triangle;
                 neighbours[two.triangle as usize][two.corner as usize] = one.triangle;
                 // The edge runs along triangle 1.
-                let [x0, x1] = if one.upward { points } else { [points[1], points[0]] };
+                let [x0, x1] = if one.upward {
+                    points
+                } else {
+                    [points[1], points[0]]
+                };
                 let opposite = |s: &Side| triangles[s.triangle as usize][s.corner as usize];
                 hinges.push(Hinge {
                     points: [x0, x1, opposite(one), opposite(two)],
@@ -133,5 +153,9 @@ pub(super) fn build(triangles: &[[u32; 3]]) -> Result<Topology, ModelError> {
             }
         }
     }
-    Ok(Topology { edges, hinges, neighbours })
+    Ok(Topology {
+        edges,
+        hinges,
+        neighbours,
+    })
 }

@@ -26,21 +26,40 @@ pub fn triangle(x: &[f64]) -> ShellMesh {
 }
 
 pub fn moduli(c: &[f64]) -> MembraneModuli {
-    MembraneModuli { warp: c[0], weft: c[4], shear: c[8], coupling: c[1] }
+    MembraneModuli {
+        warp: c[0],
+        weft: c[4],
+        shear: c[8],
+        coupling: c[1],
+    }
 }
 
 pub fn fabric() -> Fabric {
     Fabric::new(
         "test",
         0.2,
-        MembraneModuli { warp: 2000.0, weft: 1500.0, shear: 50.0, coupling: 100.0 },
-        BendingRigidity { warp: 2e-5, weft: 1.5e-5, bias: 1e-5 },
+        MembraneModuli {
+            warp: 2000.0,
+            weft: 1500.0,
+            shear: 50.0,
+            coupling: 100.0,
+        },
+        BendingRigidity {
+            warp: 2e-5,
+            weft: 1.5e-5,
+            bias: 1e-5,
+        },
     )
     .unwrap()
 }
 
 pub fn at<'a>(q: &'a [f64], q_start: &'a [f64], dt: f64) -> EvalPoint<'a> {
-    EvalPoint { layout: DofLayout::points(q.len() / 3), q, q_start, dt }
+    EvalPoint {
+        layout: DofLayout::points(q.len() / 3),
+        q,
+        q_start,
+        dt,
+    }
 }
 
 /// Value, gradient and second derivative of stencil `e`.
@@ -54,11 +73,19 @@ pub fn evaluate(
     let (mut g, mut h) = (vec![f64::NAN; m], vec![f64::NAN; m * m]);
     let value = batch.hessians(at, curvature, e..e + 1, &mut g, &mut h);
     let mut g2 = vec![f64::NAN; m];
-    assert_eq!(value, batch.gradients(at, e..e + 1, &mut g2), "value of gradients and hessians");
+    assert_eq!(
+        value,
+        batch.gradients(at, e..e + 1, &mut g2),
+        "value of gradients and hessians"
+    );
     assert_eq!(g, g2, "gradients of both calls");
     for i in 0..m {
         for j in 0..i {
-            assert_eq!(h[i * m + j].to_bits(), h[j * m + i].to_bits(), "symmetry at {i} {j}");
+            assert_eq!(
+                h[i * m + j].to_bits(),
+                h[j * m + i].to_bits(),
+                "symmetry at {i} {j}"
+            );
         }
     }
     (value, g, h)
@@ -77,13 +104,20 @@ pub fn relative(a: &[f64], b: &[f64]) -> f64 {
 
 pub fn close(what: &str, a: &[f64], b: &[f64], tolerance: f64) {
     let error = relative(a, b);
-    assert!(error <= tolerance, "{what}: relative error {error:.2e} above {tolerance:.0e}");
+    assert!(
+        error <= tolerance,
+        "{what}: relative error {error:.2e} above {tolerance:.0e}"
+    );
 }
 
 /// Smallest eigenvalue over the largest absolute one.
 pub fn smallest_eigenvalue(h: &[f64], m: usize) -> f64 {
     let eigen = DMatrix::from_row_slice(m, m, h).symmetric_eigenvalues();
-    if eigen.amax() > 0.0 { eigen.min() / eigen.amax() } else { 0.0 }
+    if eigen.amax() > 0.0 {
+        eigen.min() / eigen.amax()
+    } else {
+        0.0
+    }
 }
 
 /// Small deterministic pseudo-random numbers in [-1, 1).
