@@ -162,7 +162,14 @@ proptest! {
         }
         if let Ok(pattern) = Pattern::from_json(&bytes) {
             let _ = examine(&pattern);
-            let settings = selvedge_garment::MeshSettings { edge_length: 0.05, ..Default::default() };
+            // Changed units make huge garments: mesh all sizes with few points.
+            let size = pattern.bounds().map_or(1.0, |(low, high)| {
+                (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max)
+            });
+            let settings = selvedge_garment::MeshSettings {
+                edge_length: (size / 30.0).clamp(0.01, 1.0),
+                ..Default::default()
+            };
             if let Ok(mesh) = selvedge_garment::GarmentMesh::build(&pattern, &settings) {
                 prop_assert!(mesh.points_initial.iter().flatten().all(|x| x.is_finite()));
             }

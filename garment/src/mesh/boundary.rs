@@ -27,7 +27,7 @@ pub(super) struct Outline {
 /// Smallest area of a panel [m²].
 const MIN_AREA: f64 = 1e-8;
 /// Largest number of points of one panel.
-const MAX_POINTS: usize = 2_000_000;
+const MAX_POINTS: usize = 500_000;
 
 pub(super) fn sample(
     pattern: &Pattern,
