@@ -8,7 +8,7 @@ use crate::wire::{Encoder, Fields, Malformed};
 /// also of NaN.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Checkpoint {
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub time: f64,
     /// Number of accepted steps.
     pub step: u64,

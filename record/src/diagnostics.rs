@@ -8,13 +8,13 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default)]
 pub struct StepDiagnostics {
-    /// Simulated time at the end of the step [s].
+    /// Simulated time at the end of the step, in s.
     #[serde(with = "nullable")]
     #[schemars(with = "Option<f64>")]
     pub time: f64,
     /// Number of accepted steps up to this one.
     pub step: u64,
-    /// Step size [s].
+    /// Step size, in s.
     #[serde(with = "nullable")]
     #[schemars(with = "Option<f64>")]
     pub dt: f64,
@@ -26,15 +26,15 @@ pub struct StepDiagnostics {
     pub linear_iterations: u32,
     /// Halvings of the line search, summed over the Newton iterations.
     pub line_search_halvings: u32,
-    /// Residual at the end, as a velocity [m/s].
+    /// Residual at the end, as a velocity, in m/s.
     #[serde(with = "nullable")]
     #[schemars(with = "Option<f64>")]
     pub residual: f64,
-    /// Potential energies by term [J].
+    /// Potential energies by term, in J.
     #[serde(with = "named")]
     #[schemars(with = "std::collections::BTreeMap<String, Option<f64>>")]
     pub energies: Vec<(String, f64)>,
-    /// Kinetic energy [J].
+    /// Kinetic energy, in J.
     #[serde(with = "nullable")]
     #[schemars(with = "Option<f64>")]
     pub kinetic: f64,
@@ -42,7 +42,7 @@ pub struct StepDiagnostics {
     pub contacts: usize,
     /// Pairs that the broad phase handed on.
     pub candidates: usize,
-    /// Deepest penetration [m].
+    /// Deepest penetration, in m.
     #[serde(with = "nullable")]
     #[schemars(with = "Option<f64>")]
     pub max_penetration: f64,
@@ -61,7 +61,7 @@ impl StepDiagnostics {
         schemars::schema_for!(StepDiagnostics).to_value()
     }
 
-    /// Sum of the potential energies and the kinetic energy [J].
+    /// Sum of the potential energies and the kinetic energy, in J.
     pub fn total_energy(&self) -> f64 {
         self.energies.iter().map(|e| e.1).sum::<f64>() + self.kinetic
     }

@@ -113,13 +113,13 @@ pub enum RecordError {
         index: usize,
         /// The value.
         value: f64,
-        /// Simulated time [s].
+        /// Simulated time \[s\].
         time: f64,
     },
     /// A time that a recording cannot hold.
     #[error("time {time} s cannot be recorded: it must lie between 0 and 4.29e9 s")]
     Time {
-        /// The time [s].
+        /// The time \[s\].
         time: f64,
     },
     /// A frame that does not exist.
@@ -145,7 +145,7 @@ pub enum RecordError {
     /// A checkpoint lacks something that the caller needs.
     #[error("the checkpoint at t = {time} s has no section {name:?} of {expected} values")]
     Section {
-        /// Simulated time [s].
+        /// Simulated time \[s\].
         time: f64,
         /// The section.
         name: String,

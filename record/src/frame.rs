@@ -3,11 +3,11 @@ use crate::wire::{Encoder, Fields, Malformed};
 /// State at one instant, every bit as it was recorded.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Frame {
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub time: f64,
     /// Number of accepted steps.
     pub step: u64,
-    /// Unknowns: 3 coordinates a point [m], then the scalars.
+    /// Unknowns: 3 coordinates a point \[m\], then the scalars.
     pub positions: Vec<f64>,
     /// Their rates.
     pub velocities: Vec<f64>,

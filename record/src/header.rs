@@ -8,7 +8,7 @@ use crate::wire::{Encoder, Fields, Malformed};
 pub struct BodySurface {
     /// Name in the viewer.
     pub name: String,
-    /// Vertices [m].
+    /// Vertices \[m\].
     pub points: Vec<[f64; 3]>,
     /// Triangles.
     pub triangles: Vec<[u32; 3]>,
@@ -42,7 +42,7 @@ pub struct RunHeader {
     pub panel_names: Vec<String>,
     /// Names of the fabrics; may be empty.
     pub fabric_names: Vec<String>,
-    /// (warp, weft) coordinates of the corners of each triangle [m]; may be
+    /// (warp, weft) coordinates of the corners of each triangle \[m\]; may be
     /// empty.
     pub material: Vec<[[f64; 2]; 3]>,
     /// Obstacles to show.

@@ -14,7 +14,7 @@ use crate::{Checkpoint, Frame, LogLevel, RecordError, RunHeader, StepDiagnostics
 /// Time and step of a frame, without its arrays.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FrameInfo {
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub time: f64,
     /// Number of accepted steps.
     pub step: u64,
@@ -23,7 +23,7 @@ pub struct FrameInfo {
 /// A line of text.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LogLine {
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub time: f64,
     /// Its importance.
     pub level: LogLevel,

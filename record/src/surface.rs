@@ -3,14 +3,14 @@ use crate::{RecordError, RunHeader};
 /// A triangle mesh at one instant, borrowed from wherever it lives.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Surface<'a> {
-    /// Coordinates, three a point [m]. Longer arrays (scalar unknowns behind
+    /// Coordinates, three a point \[m\]. Longer arrays (scalar unknowns behind
     /// the points) are fine.
     pub positions: &'a [f64],
     /// Number of points.
     pub points: usize,
     /// Triangles.
     pub triangles: &'a [[u32; 3]],
-    /// (warp, weft) coordinates of the corners [m]; may be empty.
+    /// (warp, weft) coordinates of the corners \[m\]; may be empty.
     pub material: &'a [[[f64; 2]; 3]],
     /// Panel of each triangle; may be empty.
     pub panels: &'a [u16],
@@ -76,7 +76,7 @@ impl<'a> Surface<'a> {
         Ok(())
     }
 
-    /// Coordinates of a point [m].
+    /// Coordinates of a point \[m\].
     pub(crate) fn point(&self, p: u32) -> [f64; 3] {
         let p = 3 * p as usize;
         [

@@ -36,7 +36,7 @@ impl Bvh {
         &self.corners[index as usize]
     }
 
-    /// Distance to the surface [m] and the nearest triangle. `hint` is a
+    /// Distance to the surface \[m\] and the nearest triangle. `hint` is a
     /// triangle that is probably close.
     pub fn nearest(&self, p: [f64; 3], hint: u32) -> (f64, u32) {
         let mut best = (triangle_distance_squared(p, self.triangle(hint)), hint);

@@ -14,7 +14,7 @@ pub use recordings::{
 };
 pub use surfaces::{DirectedDistance, SurfaceDistance, SurfaceOptions, compare_surfaces};
 
-/// Statistics of distances [m].
+/// Statistics of distances \[m\].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Distances {
     /// Number of distances.
@@ -59,7 +59,7 @@ impl Distances {
     }
 }
 
-/// Distances between points of equal index; three coordinates a point [m].
+/// Distances between points of equal index; three coordinates a point \[m\].
 ///
 /// # Errors
 /// [`RecordError::Length`] for arrays of different lengths,

@@ -7,7 +7,7 @@ use crate::{RecordError, Recording, Surface};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CompareOptions {
     /// Frames of both runs belong together when their times differ by no more
-    /// than this [s].
+    /// than this \[s\].
     pub time_tolerance: f64,
     /// Whether the surfaces of the last common frame are compared.
     pub surfaces: Option<SurfaceOptions>,
@@ -37,7 +37,7 @@ pub struct RunFigures {
     pub triangles: usize,
     /// Frames.
     pub frames: usize,
-    /// Time of the last frame [s].
+    /// Time of the last frame \[s\].
     pub end_time: f64,
     /// Accepted steps.
     pub steps: usize,
@@ -47,9 +47,9 @@ pub struct RunFigures {
     pub newton_iterations: u64,
     /// Iterations of the linear solver.
     pub linear_iterations: u64,
-    /// Sum of the ledger [s].
+    /// Sum of the ledger \[s\].
     pub seconds: f64,
-    /// Deepest penetration of all steps [m].
+    /// Deepest penetration of all steps \[m\].
     pub max_penetration: f64,
     /// What could not be read.
     pub warnings: Vec<String>,
@@ -58,15 +58,15 @@ pub struct RunFigures {
 /// Distance of two frames.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct FrameComparison {
-    /// Time in the first run [s].
+    /// Time in the first run \[s\].
     pub time_a: f64,
-    /// Time in the second run [s].
+    /// Time in the second run \[s\].
     pub time_b: f64,
     /// Between points of equal index.
     pub distances: Distances,
 }
 
-/// An energy in both runs [J]; `None` where the term is absent.
+/// An energy in both runs \[J\]; `None` where the term is absent.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EnergyPair {
     /// Term, or `kinetic`.
@@ -80,9 +80,9 @@ pub struct EnergyPair {
 /// The last common frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct LastFrame {
-    /// Time in the first run [s].
+    /// Time in the first run \[s\].
     pub time_a: f64,
-    /// Time in the second run [s].
+    /// Time in the second run \[s\].
     pub time_b: f64,
     /// Between points of equal index; `None` for different meshes.
     pub points: Option<Distances>,

@@ -26,7 +26,7 @@ impl Default for SurfaceOptions {
     }
 }
 
-/// Distance of every point of one surface to another surface [m].
+/// Distance of every point of one surface to another surface \[m\].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct DirectedDistance {
     /// Statistics over the vertices.
@@ -37,7 +37,7 @@ pub struct DirectedDistance {
     pub max_bound: f64,
 }
 
-/// Distance between two surfaces [m].
+/// Distance between two surfaces \[m\].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct SurfaceDistance {
     /// From the first to the second.
