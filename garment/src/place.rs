@@ -46,7 +46,7 @@ pub fn push_out(
     for p in points {
         let start = *p;
         let (mut d, mut g) = body(*p);
-        if !(d < clearance) {
+        if d.is_nan() || d >= clearance {
             continue;
         }
         report.close_before += 1;
@@ -56,7 +56,7 @@ pub fn push_out(
             };
             *p = add(*p, out);
             (d, g) = body(*p);
-            if !(d < clearance) {
+            if d.is_nan() || d >= clearance {
                 break;
             }
         }

@@ -193,7 +193,7 @@ fn sweep(links: &[Link], x: &mut [[f64; 3]], forward: bool, correction: impl Fn(
         let d = sub(x[j], x[i]);
         let l = norm(d);
         let c = correction(l, link.rest);
-        if c == 0.0 || !(l > 1e-12) {
+        if c == 0.0 || l.is_nan() || l <= 1e-12 {
             return;
         }
         let s = 0.5 * c / l;

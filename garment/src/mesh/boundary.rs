@@ -33,6 +33,7 @@ pub(super) fn sample(
     pattern: &Pattern,
     index: usize,
     sewing: &Sewing,
+    h: f64,
 ) -> Result<Outline, GarmentError> {
     let panel = &pattern.panels[index];
     let first_segment = sewing.of_edge(index, 0).start;
@@ -76,7 +77,7 @@ pub(super) fn sample(
         return Err(GarmentError::TooManyPoints {
             panel: panel.name.clone(),
             points: n as f64,
-            edge_length: f64::NAN,
+            edge_length: h,
             limit: MAX_POINTS,
         });
     }
@@ -94,7 +95,7 @@ pub(super) fn sample(
         });
     }
     let signed = polygon_area(&points);
-    if !(signed.abs() >= MIN_AREA) {
+    if signed.is_nan() || signed.abs() < MIN_AREA {
         return Err(GarmentError::NoArea {
             panel: panel.name.clone(),
             area: signed,

@@ -26,7 +26,7 @@ const SWEEPS: usize = 3;
 pub(super) fn fill(name: &str, outline: &Outline, h: f64) -> Result<Filled, GarmentError> {
     let nb = outline.points.len();
     let estimate = nb as f64 + outline.area / (0.866 * h * h);
-    if !(estimate <= PANEL_POINT_LIMIT as f64) {
+    if estimate.is_nan() || estimate > PANEL_POINT_LIMIT as f64 {
         return Err(GarmentError::TooManyPoints {
             panel: name.to_owned(),
             points: estimate,
@@ -219,7 +219,7 @@ fn smooth(points: &mut [[f64; 2]], nb: usize, triangles: &[[u32; 3]]) {
             }
             weight += area;
         }
-        if !(weight > 0.0) {
+        if weight.is_nan() || weight <= 0.0 {
             continue;
         }
         let old = points[v];

@@ -148,7 +148,7 @@ impl GarmentMesh {
         let sewing = segments::Sewing::new(pattern, h)?;
         let mut panels = Vec::with_capacity(pattern.panels.len());
         for index in 0..pattern.panels.len() {
-            let outline = boundary::sample(pattern, index, &sewing)?;
+            let outline = boundary::sample(pattern, index, &sewing, h)?;
             let filled = fill::fill(&pattern.panels[index].name, &outline, h)?;
             panels.push((outline, filled));
         }

@@ -158,7 +158,7 @@ impl Sewing {
         let tolerance = 0.2 * own;
         if (total - own).abs() > tolerance
             || uses.iter().any(|u| length(u.1) > own - 0.05 * own)
-            || !(total > 0.0)
+            || total <= 0.0
         {
             return Vec::new();
         }

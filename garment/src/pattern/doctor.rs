@@ -154,7 +154,7 @@ fn check_panel(panel: &Panel, out: &mut Vec<Finding>) {
         };
         let at = Some(table.at(0.0));
         let length = table.length();
-        if !(length >= ZERO_LENGTH) {
+        if length.is_nan() || length < ZERO_LENGTH {
             short = true;
             let message = format!("panel `{}`: edge {i} is {length:.1e} m long", panel.name);
             let f = finding(Severity::Error, message, "merge its two corners".into());
