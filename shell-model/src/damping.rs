@@ -10,7 +10,7 @@
 /// | [`IncrementalDamping`] | `(ε(q) − ε(q_start))/dt` | yes: gradient of `dt Φ(ε̇)` |
 ///
 /// Every energy adds the force `−Jᵀ D ε̇` with `D = β C` (Rayleigh dissipation
-/// potential `Φ = ½ ε̇ᵀ D ε̇`, [SanchezBanderas2018]): no force on rigid
+/// potential `Φ = ½ ε̇ᵀ D ε̇`, \[SanchezBanderas2018\]): no force on rigid
 /// motions, momentum kept, power `−2Φ ≤ 0`.
 pub trait Damping:
     sealed::Sealed + Copy + Default + std::fmt::Debug + Send + Sync + 'static

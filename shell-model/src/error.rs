@@ -46,9 +46,9 @@ pub enum ModelError {
     DegenerateTriangle {
         /// Index of the triangle.
         triangle: usize,
-        /// Rest area [m²].
+        /// Rest area \[m²\].
         area: f64,
-        /// Smallest height over longest edge [1].
+        /// Smallest height over longest edge \[1\].
         aspect: f64,
     },
     /// A triangle runs clockwise in material coordinates.
@@ -56,7 +56,7 @@ pub enum ModelError {
     InvertedTriangle {
         /// Index of the triangle.
         triangle: usize,
-        /// Signed rest area [m²].
+        /// Signed rest area \[m²\].
         area: f64,
     },
     /// Two triangles have the same three points.

@@ -2,7 +2,7 @@
 //! bending energies with internal friction, and what holds cloth (drag, seams,
 //! attachments, rigid trims).
 //!
-//! The crate turns a [`ShellMesh`] and some [`Fabric`](fabric::Fabric)s into
+//! The crate turns a [`ShellMesh`] and some [`Fabric`]s into
 //! terms for the energy contract of `selvedge_energy`. It knows no solver, no
 //! contact and no time stepping.
 //!

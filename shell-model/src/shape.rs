@@ -3,8 +3,8 @@
 //! ```text
 //! I = FᵀF,   II = −Σ_i θ_i η_i g_i g_iᵀ
 //! ```
-//! over the three edges of a triangle: `θ_i` hinge angle [rad], `η_i` height of
-//! corner `i` over the edge opposite to it [m], `g_i` material gradient of its
+//! over the three edges of a triangle: `θ_i` hinge angle \[rad\], `η_i` height of
+//! corner `i` over the edge opposite to it \[m\], `g_i` material gradient of its
 //! hat function [1/m] ([Sperl2020, eq. 33-36], rewritten with `Fᵀ t_i = −2 A
 //! g_i`). `II = −n_,α · a_β` is negative where the surface bulges along its
 //! normal. Exact for a cylinder over equilateral triangles. An edge without a
@@ -14,7 +14,7 @@ use crate::bending::{Floors, HingeFrame};
 use crate::mesh::{NONE, RestTriangle, ShellMesh};
 use crate::vec3::{V, add, scale};
 
-/// Metric `I` [1] and curvature `II` [1/m] of a triangle, as
+/// Metric `I` \[1\] and curvature `II` [1/m] of a triangle, as
 /// `(uu, vv, uv)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FundamentalForms {
@@ -120,7 +120,7 @@ fn forms(
     FundamentalForms { first, second }
 }
 
-/// Forms of every triangle of a mesh at flat positions `q` [m].
+/// Forms of every triangle of a mesh at flat positions `q` \[m\].
 ///
 /// # Panics
 /// When `q` is shorter than the mesh's points.
@@ -147,7 +147,7 @@ pub fn mesh_forms(mesh: &ShellMesh, q: &[f64]) -> Vec<FundamentalForms> {
     (0..mesh.triangles().len()).map(one).collect()
 }
 
-/// Angle of every hinge of a mesh at flat positions `q` [rad], in (−π, π];
+/// Angle of every hinge of a mesh at flat positions `q` \[rad\], in (−π, π];
 /// zero for a degenerate one. For rest angles of curved rest shapes.
 ///
 /// # Panics

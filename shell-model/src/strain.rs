@@ -8,7 +8,7 @@ fn corners(q: &[f64], t: &[u32; 3]) -> [[f64; 3]; 3] {
     t.map(|p| std::array::from_fn(|a| q[3 * p as usize + a]))
 }
 
-/// Principal stretches `s_1 ≥ s_2 ≥ 0` of every triangle [1]: the singular
+/// Principal stretches `s_1 ≥ s_2 ≥ 0` of every triangle \[1\]: the singular
 /// values of the deformation gradient.
 ///
 /// # Panics
@@ -33,9 +33,9 @@ pub fn principal_stretches(mesh: &ShellMesh, q: &[f64]) -> Vec<[f64; 2]> {
 /// Strain of the edges against their material lengths.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EdgeStrain {
-    /// `max |l/l̄ − 1|` [1].
+    /// `max |l/l̄ − 1|` \[1\].
     pub max_abs: f64,
-    /// `mean |l/l̄ − 1|` [1].
+    /// `mean |l/l̄ − 1|` \[1\].
     pub mean_abs: f64,
     /// Index of the edge with the largest one.
     pub worst: usize,

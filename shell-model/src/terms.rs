@@ -27,7 +27,7 @@ pub struct BendingOptions<'a> {
     pub calibrated: bool,
     /// Meaning of the fabric's rigidity.
     pub norm: HingeNorm,
-    /// Rest angle of every hinge [rad], in the mesh's order; flat if `None`.
+    /// Rest angle of every hinge \[rad\], in the mesh's order; flat if `None`.
     pub rest_angles: Option<&'a [f64]>,
 }
 
@@ -55,7 +55,7 @@ pub enum BendingModel {
     Quadratic,
 }
 
-/// Lumped masses `m_i = Σ ρ A/3` of the mesh's points [kg]. Isolated points
+/// Lumped masses `m_i = Σ ρ A/3` of the mesh's points \[kg\]. Isolated points
 /// have none.
 ///
 /// # Errors

@@ -5,7 +5,7 @@ use selvedge_energy::{Curvature, EvalPoint, StencilEnergy};
 /// ```text
 /// f_i = −α m_i v_i,   E = ½ Σ α m_i |q_i − q_start,i|²/dt
 /// ```
-/// [Pizana2025, eq. 5]. `α` in [1/s], `m` in [kg]. The value is the
+/// [Pizana2025, eq. 5]. `α` in [1/s], `m` in \[kg\]. The value is the
 /// dissipation potential of the step. Free fall ends at `g/α` (1.96 m/s for
 /// 5 /s): leave the term out where the physics of motion matters.
 #[derive(Clone, Debug)]

@@ -29,7 +29,7 @@ impl SharedScalar {
 pub struct SharedTargets(Arc<RwLock<Vec<[f64; 3]>>>);
 
 impl SharedTargets {
-    /// Shared targets [m].
+    /// Shared targets \[m\].
     pub fn new(targets: Vec<[f64; 3]>) -> Self {
         Self(Arc::new(RwLock::new(targets)))
     }
@@ -44,7 +44,7 @@ impl SharedTargets {
         self.len() == 0
     }
 
-    /// Moves target `i` to `position` [m] from the next step on: where it will
+    /// Moves target `i` to `position` \[m\] from the next step on: where it will
     /// be at the end of that step.
     ///
     /// # Panics

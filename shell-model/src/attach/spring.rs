@@ -7,7 +7,7 @@ use super::SharedScalar;
 /// ```text
 /// E = ½ k |Σ_i w_i x_i|²,   Σ w_i = 0
 /// ```
-/// `k` in [N/m], `w` in [1]. With weights `(1, −(1−w), −w)` a spring joins a
+/// `k` in [N/m], `w` in \[1\]. With weights `(1, −(1−w), −w)` a spring joins a
 /// point to a place on an edge ([`seam`](Self::seam)), with two nodes a point
 /// to a point, with four a point to a place in a triangle (a buttonhole on
 /// its button's thread). The second derivative is exact, constant and
@@ -16,7 +16,7 @@ use super::SharedScalar;
 pub struct WeightedSpring<const N: usize> {
     stencils: Vec<[u32; N]>,
     weights: Vec<[f64; N]>,
-    /// Relative stiffness of every spring [1].
+    /// Relative stiffness of every spring \[1\].
     shares: Vec<f64>,
     shared: SharedScalar,
     stiffness: f64,
@@ -48,7 +48,7 @@ impl<const N: usize> WeightedSpring<N> {
         }
     }
 
-    /// The vector that each spring pulls to zero [m].
+    /// The vector that each spring pulls to zero \[m\].
     pub fn gap(&self, e: usize, at: &EvalPoint<'_>) -> [f64; 3] {
         let mut sum = [0.0; 3];
         for (p, w) in self.stencils[e].iter().zip(&self.weights[e]) {

@@ -9,9 +9,9 @@ use crate::vec3::{
 /// A rigid trim (a button, a buckle): two points of the layout.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrimBody {
-    /// Point that is the centre of mass [m].
+    /// Point that is the centre of mass \[m\].
     pub centre: u32,
-    /// Point whose three unknowns are a rotation vector [rad]: over a step the
+    /// Point whose three unknowns are a rotation vector \[rad\]: over a step the
     /// body turns by `exp([q − q_start]×)`, so their rate is the angular
     /// velocity.
     pub spin: u32,
@@ -26,7 +26,7 @@ pub struct TrimThread {
     pub point: u32,
     /// Index of the body.
     pub body: usize,
-    /// Place `r_0` on the body, from its centre, in its own axes [m].
+    /// Place `r_0` on the body, from its centre, in its own axes \[m\].
     pub arm: [f64; 3],
     /// `k` [N/m].
     pub stiffness: f64,
@@ -249,7 +249,7 @@ pub struct BodyInertia {
 }
 
 impl BodyInertia {
-    /// A round button: mass [kg], radius and thickness [m], axis along the
+    /// A round button: mass \[kg\], radius and thickness \[m\], axis along the
     /// body's third axis.
     pub fn disc(mass: f64, radius: f64, thickness: f64) -> Self {
         let across = mass * (0.25 * radius * radius + thickness * thickness / 12.0);

@@ -15,14 +15,14 @@ pub struct HingeRest {
     pub points: [u32; 4],
     /// `k_e` [N·m] (J/rad²).
     pub stiffness: f64,
-    /// `θ̄` [rad].
+    /// `θ̄` \[rad\].
     pub angle: f64,
-    /// Rest length of the edge [m]; 0 turns the guard against a collapsing
+    /// Rest length of the edge \[m\]; 0 turns the guard against a collapsing
     /// edge off.
     pub length: f64,
-    /// Rest heights of the wings [m]; 0 turns the guard of a wing off.
+    /// Rest heights of the wings \[m\]; 0 turns the guard of a wing off.
     pub heights: [f64; 2],
-    /// `β_b` [s].
+    /// `β_b` \[s\].
     pub damping: f64,
 }
 
@@ -69,7 +69,7 @@ impl AngleLaw for TangentAngle {
 /// θ = atan2((n_1 × n_2)·t, n_1·n_2),   E = ½ k_e (θ − θ̄)²
 /// ∇E = k_e (θ − θ̄) ∇θ,   ∇²E = k_e [∇θ ∇θᵀ + (θ − θ̄) ∇²θ]
 /// ```
-/// [Grinspun2003], [Tamstorf2013]; the closed form of `∇²θ` is in the module.
+/// \[Grinspun2003\], \[Tamstorf2013\]; the closed form of `∇²θ` is in the module.
 /// With [`TangentAngle`] `θ` is replaced by `2 tan(θ/2)`. Friction adds the
 /// moment `k_e β_b θ̇`, see [`Damping`](crate::Damping).
 ///

@@ -7,9 +7,9 @@ pub struct QuadraticRest {
     pub points: [u32; 4],
     /// Hinge stiffness `k_e` [N·m], as for [`HingeRest`](crate::HingeRest).
     pub stiffness: f64,
-    /// Feet of the wings' heights along `x0 → x1` [1].
+    /// Feet of the wings' heights along `x0 → x1` \[1\].
     pub feet: [f64; 2],
-    /// Heights of the wings [m].
+    /// Heights of the wings \[m\].
     pub heights: [f64; 2],
 }
 
@@ -19,7 +19,7 @@ pub struct QuadraticRest {
 /// ```text
 /// E = ½ k_e |Σ_i κ_i x_i|²,   κ = a_1/η̄_1 + a_2/η̄_2,   a = (−(1−s), −s, 1 at the opposite corner)
 /// ```
-/// [Bergou2006]. For an isometric hinge `|Σ κ_i x_i| = 2 sin(θ/2)`, so that it
+/// \[Bergou2006\]. For an isometric hinge `|Σ κ_i x_i| = 2 sin(θ/2)`, so that it
 /// agrees with [`BendingHinge`](crate::BendingHinge) for small angles; stretch
 /// also loads it. Flat rest shapes only. For previews and constant operators.
 /// `k_e` in [N·m], `κ` in [1/m].

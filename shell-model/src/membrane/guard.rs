@@ -13,7 +13,7 @@ const NO_DIRECTION: f64 = 1e-6;
 /// ```text
 /// E = ½ A k_J (J_0 − J)²  for J < J_0,   J = |U × V|
 /// ```
-/// `J` is the ratio of present to rest area [1], `k_J` in [N/m]. Deviation
+/// `J` is the ratio of present to rest area \[1\], `k_J` in [N/m]. Deviation
 /// from a smooth energy: below `J = 10⁻⁶` force and curvature are dropped,
 /// since the normal is then undefined. `Projected` bounds the exact second
 /// derivative from above; `GaussNewton` is `A k_J ∇J ∇Jᵀ`.
@@ -36,7 +36,7 @@ struct Closing {
 }
 
 impl MembraneGuard {
-    /// Area ratio `J_0` at which the guard sets in, by default [1].
+    /// Area ratio `J_0` at which the guard sets in, by default \[1\].
     pub const ONSET: f64 = 0.1;
 
     /// A guard of stiffness `k_J` [N/m] per fabric, acting below the area

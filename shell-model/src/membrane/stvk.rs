@@ -15,7 +15,7 @@ use crate::{Damping, DampingKind, ShellMesh};
 /// ε = (½(U·U − 1), ½(V·V − 1), U·V),   σ = C ε,   E = ½ A ε·C ε
 /// ∇E = A Bᵀ σ,     H = A [ Bᵀ C B + (R S Rᵀ) ⊗ I ]
 /// ```
-/// [Volino2009], [Pizana2025]. Friction replaces `σ` by `C (ε + β ε̇)` and `C`
+/// \[Volino2009\], \[Pizana2025\]. Friction replaces `σ` by `C (ε + β ε̇)` and `C`
 /// in `H` by `C (1 + β/dt)`, see [`Damping`].
 ///
 /// | symbol | is | unit |
@@ -67,7 +67,7 @@ struct Stressed {
 }
 
 impl<D: Damping> MembraneStVk<D> {
-    /// One triangle each, with moduli and dissipation time `β` [s] per fabric
+    /// One triangle each, with moduli and dissipation time `β` \[s\] per fabric
     /// of the mesh.
     ///
     /// # Panics

@@ -37,7 +37,7 @@ pub struct ShellMesh {
 
 impl ShellMesh {
     /// Builds a mesh from the points of each triangle (counter-clockwise seen
-    /// from outside), the material coordinates of its corners [m]
+    /// from outside), the material coordinates of its corners \[m\]
     /// (counter-clockwise too) and its fabric.
     ///
     /// # Errors
@@ -168,7 +168,7 @@ impl ShellMesh {
         &self.triangles
     }
 
-    /// Material coordinates `(u, v)` of the corners of every triangle [m].
+    /// Material coordinates `(u, v)` of the corners of every triangle \[m\].
     pub fn material(&self) -> &[[[f64; 2]; 3]] {
         &self.material
     }
@@ -183,12 +183,12 @@ impl ShellMesh {
         &self.rest
     }
 
-    /// Rest area of triangle `t` [m²].
+    /// Rest area of triangle `t` \[m²\].
     pub fn rest_area(&self, t: usize) -> f64 {
         self.rest[t].area
     }
 
-    /// Sum of all rest areas [m²].
+    /// Sum of all rest areas \[m²\].
     pub fn total_area(&self) -> f64 {
         self.rest.iter().map(|r| r.area).sum()
     }
@@ -227,7 +227,7 @@ impl ShellMesh {
         points
     }
 
-    /// Rest length of an edge [m]: the mean of its triangles' material
+    /// Rest length of an edge \[m\]: the mean of its triangles' material
     /// lengths, which differ where a seam eases one piece into another.
     pub fn rest_length(&self, edge: &Edge) -> f64 {
         let mut sum = 0.0;
@@ -254,7 +254,7 @@ impl ShellMesh {
         })
     }
 
-    /// Heap memory held [bytes].
+    /// Heap memory held \[bytes\].
     pub fn heap_bytes(&self) -> usize {
         size_of_val(&self.triangles[..])
             + size_of_val(&self.material[..])
@@ -270,15 +270,15 @@ impl ShellMesh {
 /// One wing of a hinge in the material plane of its triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wing {
-    /// Length of the edge [m].
+    /// Length of the edge \[m\].
     pub length: f64,
-    /// Height of the opposite corner over the edge [m].
+    /// Height of the opposite corner over the edge \[m\].
     pub height: f64,
-    /// Foot of that height along the edge as the triangle runs, 0..1 inside [1].
+    /// Foot of that height along the edge as the triangle runs, 0..1 inside \[1\].
     pub foot: f64,
     /// Unit direction of the edge in `(u, v)`, as the triangle runs.
     pub direction: [f64; 2],
-    /// Area of the triangle [m²].
+    /// Area of the triangle \[m²\].
     pub area: f64,
 }
 

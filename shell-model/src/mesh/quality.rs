@@ -11,11 +11,11 @@ use super::ShellMesh;
 /// and are left out of the area as well.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HingeQuality {
-    /// Mean over directions [1].
+    /// Mean over directions \[1\].
     pub mean: f64,
-    /// Smallest over directions [1].
+    /// Smallest over directions \[1\].
     pub min: f64,
-    /// Largest over directions [1].
+    /// Largest over directions \[1\].
     pub max: f64,
 }
 

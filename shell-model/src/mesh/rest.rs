@@ -1,8 +1,8 @@
 use crate::ModelError;
 
-/// Smallest height over longest edge of a rest triangle [1].
+/// Smallest height over longest edge of a rest triangle \[1\].
 const MIN_ASPECT: f64 = 1e-4;
-/// Smallest area over squared longest edge [1], also with slivers allowed.
+/// Smallest area over squared longest edge \[1\], also with slivers allowed.
 const MIN_RELATIVE_AREA: f64 = 1e-14;
 
 /// Rest shape of a triangle: what turns positions into the deformation
@@ -16,12 +16,12 @@ pub struct RestTriangle {
     /// `r_1u, r_1v, r_2u, r_2v` [1/m]: material gradients of the hat functions
     /// of corners 1 and 2; corner 0 has minus their sum.
     pub inverse: [f64; 4],
-    /// Rest area [m²].
+    /// Rest area \[m²\].
     pub area: f64,
 }
 
 impl RestTriangle {
-    /// Rest shape from the material coordinates `(u, v)` of the corners [m].
+    /// Rest shape from the material coordinates `(u, v)` of the corners \[m\].
     ///
     /// # Errors
     /// [`ModelError::NotFinite`], [`ModelError::InvertedTriangle`] or
@@ -76,7 +76,7 @@ impl RestTriangle {
         [[-a - c, -b - d], [a, b], [c, d]]
     }
 
-    /// Columns `U = ∂x/∂u` and `V = ∂x/∂v` of the deformation gradient [1].
+    /// Columns `U = ∂x/∂u` and `V = ∂x/∂v` of the deformation gradient \[1\].
     #[inline]
     pub fn columns(&self, x: &[[f64; 3]; 3]) -> [[f64; 3]; 2] {
         let [a, b, c, d] = self.inverse;

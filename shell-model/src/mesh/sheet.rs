@@ -8,12 +8,12 @@ use crate::ModelError;
 pub struct Sheet {
     /// The mesh.
     pub mesh: ShellMesh,
-    /// Material coordinates `(u, v)` of every point [m].
+    /// Material coordinates `(u, v)` of every point \[m\].
     pub flat: Vec<[f64; 2]>,
 }
 
 impl Sheet {
-    /// Flat positions `q` under a map of the material plane into space [m].
+    /// Flat positions `q` under a map of the material plane into space \[m\].
     pub fn positions(&self, map: impl Fn([f64; 2]) -> [f64; 3]) -> Vec<f64> {
         self.flat.iter().flat_map(|p| map(*p)).collect()
     }
@@ -26,7 +26,7 @@ impl Sheet {
     }
 }
 
-/// Right triangles: `nu × nv` cells over `size` [m], diagonals alternating
+/// Right triangles: `nu × nv` cells over `size` \[m\], diagonals alternating
 /// like the lines of the British flag, so that no diagonal direction is
 /// stiffer. Bending over such a mesh still depends on direction; use
 /// [`equilateral`] where it matters.
@@ -115,7 +115,7 @@ pub fn equilateral(nu: usize, nv: usize, size: [f64; 2]) -> Result<Sheet, ModelE
 }
 
 /// [`equilateral`] with the row and column counts that bring the edges
-/// closest to `edge` [m].
+/// closest to `edge` \[m\].
 ///
 /// # Errors
 /// [`ModelError::Parameter`] when a size or `edge` is not positive.
