@@ -36,6 +36,7 @@ pub mod obj;
 mod reference;
 mod schema;
 mod spec;
+mod stand_in;
 mod suggest;
 mod tree;
 mod walk;

@@ -9,11 +9,11 @@ use super::{Interpolation, Keyframe, Rotation};
 pub struct Body {
     /// Name.
     pub name: String,
-    /// Friction coefficient of cloth on it [1].
+    /// Friction coefficient of cloth on it \[1\].
     pub friction: f64,
     /// Keyframes.
     pub motion: Vec<Keyframe>,
-    /// Point that the motion rotates about [m]; the origin if absent.
+    /// Point that the motion rotates about \[m\]; the origin if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pivot: Option<[f64; 3]>,
     /// How the motion passes between keyframes.
@@ -29,46 +29,46 @@ pub struct Body {
 pub enum BodyShape {
     /// A ball.
     Sphere {
-        /// Centre [m].
+        /// Centre \[m\].
         center: [f64; 3],
-        /// Radius [m].
+        /// Radius \[m\].
         radius: f64,
     },
     /// The hull of two balls.
     Capsule {
-        /// Centre of the first ball [m].
+        /// Centre of the first ball \[m\].
         from: [f64; 3],
-        /// Centre of the second ball [m].
+        /// Centre of the second ball \[m\].
         to: [f64; 3],
-        /// Radius of the first ball [m].
+        /// Radius of the first ball \[m\].
         radius: f64,
-        /// Radius of the second ball [m]; as the first if absent.
+        /// Radius of the second ball \[m\]; as the first if absent.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         radius_to: Option<f64>,
     },
     /// An ellipsoid.
     Ellipsoid {
-        /// Centre [m].
+        /// Centre \[m\].
         center: [f64; 3],
-        /// Half lengths of the axes [m].
+        /// Half lengths of the axes \[m\].
         radii: [f64; 3],
         /// Rotation about the centre.
         rotation: Rotation,
     },
     /// A box.
     Box {
-        /// Centre [m].
+        /// Centre \[m\].
         center: [f64; 3],
-        /// Side lengths [m].
+        /// Side lengths \[m\].
         size: [f64; 3],
         /// Rotation about the centre.
         rotation: Rotation,
-        /// Radius of the edges [m].
+        /// Radius of the edges \[m\].
         rounding: f64,
     },
     /// A half space.
     Plane {
-        /// A point of the surface [m].
+        /// A point of the surface \[m\].
         point: [f64; 3],
         /// Direction out of the solid.
         normal: [f64; 3],
@@ -77,7 +77,7 @@ pub enum BodyShape {
     Union {
         /// The shapes.
         shapes: Vec<Part>,
-        /// Blending radius [m].
+        /// Blending radius \[m\].
         smooth: f64,
     },
     /// A closed mesh from an OBJ file.
@@ -86,9 +86,9 @@ pub enum BodyShape {
         file: PathBuf,
         /// Factor to metres.
         scale: f64,
-        /// Spacing of the distance field [m].
+        /// Spacing of the distance field \[m\].
         voxel: f64,
-        /// Where its origin is put [m].
+        /// Where its origin is put \[m\].
         center: [f64; 3],
         /// Rotation about its origin.
         rotation: Rotation,

@@ -14,13 +14,13 @@ pub struct Cloth {
     pub fabric: String,
     /// Layer of clothing, 0 next to the body.
     pub layer: i64,
-    /// Where its middle or origin is [m].
+    /// Where its middle or origin is \[m\].
     pub center: [f64; 3],
     /// Rotation about that point.
     pub rotation: Rotation,
     /// Initial size relative to rest.
     pub stretch: f64,
-    /// Standard deviation of the initial displacement [m].
+    /// Standard deviation of the initial displacement \[m\].
     pub noise: f64,
     /// Seed of the displacement.
     pub noise_seed: u64,
@@ -35,12 +35,12 @@ pub struct Cloth {
 pub enum ClothShape {
     /// A rectangle in the x-z plane, warp along x.
     Sheet {
-        /// Extent along warp and weft [m].
+        /// Extent along warp and weft \[m\].
         size: [f64; 2],
         /// Points along warp and weft.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         points: Option<[usize; 2]>,
-        /// Target edge length [m].
+        /// Target edge length \[m\].
         #[serde(default, skip_serializing_if = "Option::is_none")]
         edge_length: Option<f64>,
         /// Arrangement of the points.
@@ -57,7 +57,7 @@ pub enum ClothShape {
     Pattern {
         /// The file.
         file: PathBuf,
-        /// Target edge length [m].
+        /// Target edge length \[m\].
         #[serde(default, skip_serializing_if = "Option::is_none")]
         edge_length: Option<f64>,
         /// Fabric of single panels.
@@ -78,7 +78,7 @@ pub enum Lattice {
 }
 
 impl Cloth {
-    /// Edge length that the cloth asks for itself [m].
+    /// Edge length that the cloth asks for itself \[m\].
     pub fn edge_length(&self) -> Option<f64> {
         match &self.shape {
             ClothShape::Sheet {

@@ -14,10 +14,10 @@ pub struct FabricEntry {
     /// Areal density [kg/m²].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub density: Option<f64>,
-    /// Thickness [m].
+    /// Thickness \[m\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub thickness: Option<f64>,
-    /// Friction coefficient [1].
+    /// Friction coefficient \[1\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
     /// Membrane moduli.
@@ -105,10 +105,10 @@ pub struct FabricDamping {
     /// Drag [1/s].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drag: Option<f64>,
-    /// Membrane [s].
+    /// Membrane \[s\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub membrane: Option<f64>,
-    /// Bending [s].
+    /// Bending \[s\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bending: Option<f64>,
 }

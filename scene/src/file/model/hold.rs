@@ -12,9 +12,9 @@ pub enum Select {
     Edge(Edge),
     /// Points inside a box at the start.
     Box {
-        /// Least corner [m].
+        /// Least corner \[m\].
         min: [f64; 3],
-        /// Greatest corner [m].
+        /// Greatest corner \[m\].
         max: [f64; 3],
     },
     /// Points by number.
@@ -23,9 +23,9 @@ pub enum Select {
     Label(String),
     /// The points nearest to a place.
     Nearest {
-        /// The place [m].
+        /// The place \[m\].
         to: [f64; 3],
-        /// Distance [m]; 0 takes the nearest point alone.
+        /// Distance \[m\]; 0 takes the nearest point alone.
         within: f64,
     },
 }
@@ -71,7 +71,7 @@ pub struct Pin {
     pub select: Select,
     /// Motion of what they are held to.
     pub motion: Vec<Keyframe>,
-    /// Point that the motion rotates about [m]; their middle if absent.
+    /// Point that the motion rotates about \[m\]; their middle if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pivot: Option<[f64; 3]>,
     /// How the motion passes between keyframes.
@@ -113,7 +113,7 @@ pub struct Attachment {
     pub body: Option<String>,
     /// Motion of the other ends.
     pub motion: Vec<Keyframe>,
-    /// Point that the motion rotates about [m]; their middle if absent.
+    /// Point that the motion rotates about \[m\]; their middle if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pivot: Option<[f64; 3]>,
     /// How the motion passes between keyframes.
@@ -125,16 +125,16 @@ pub struct Attachment {
 pub struct Button {
     /// Name of the cloth.
     pub cloth: String,
-    /// Material coordinates of its middle [m].
+    /// Material coordinates of its middle \[m\].
     pub position: [f64; 2],
     /// Panel of a pattern.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub panel: Option<String>,
-    /// Mass [kg].
+    /// Mass \[kg\].
     pub mass: f64,
-    /// Radius [m].
+    /// Radius \[m\].
     pub radius: f64,
-    /// Thickness [m].
+    /// Thickness \[m\].
     pub thickness: f64,
     /// Stiffness of the thread [N/m].
     pub stiffness: f64,

@@ -4,20 +4,20 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Rotation {
-    /// Intrinsic angles about x, then the new y, then the new z [deg]:
+    /// Intrinsic angles about x, then the new y, then the new z \[deg\]:
     /// `R = R_x R_y R_z`.
     Euler([f64; 3]),
     /// Angle about an axis.
     AxisAngle {
         /// Axis, of any length.
         axis: [f64; 3],
-        /// Angle [deg]; may exceed a full turn.
+        /// Angle \[deg\]; may exceed a full turn.
         angle: f64,
     },
 }
 
 impl Rotation {
-    /// Axis times angle [rad].
+    /// Axis times angle \[rad\].
     ///
     /// For axis and angle whole turns are kept; Euler angles give the shortest
     /// such vector. A zero axis gives zero.
@@ -92,9 +92,9 @@ pub enum Interpolation {
 /// One keyframe of a rigid motion, relative to the start.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Keyframe {
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
-    /// Displacement [m].
+    /// Displacement \[m\].
     pub translation: [f64; 3],
     /// Rotation about the pivot.
     pub rotation: Rotation,
@@ -103,11 +103,11 @@ pub struct Keyframe {
 /// A keyframe with its rotation as a vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DenseKey {
-    /// Time [s].
+    /// Time \[s\].
     pub time: f64,
-    /// Displacement [m].
+    /// Displacement \[m\].
     pub translation: [f64; 3],
-    /// Axis times angle [rad].
+    /// Axis times angle \[rad\].
     pub rotation: [f64; 3],
 }
 

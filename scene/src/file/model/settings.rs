@@ -46,7 +46,7 @@ impl<'de> Deserialize<'de> for Switch {
 /// Time and gravity.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SimulationSettings {
-    /// Simulated time [s].
+    /// Simulated time \[s\].
     pub duration: f64,
     /// Acceleration of gravity [m/s²].
     pub gravity: [f64; 3],
@@ -57,9 +57,9 @@ pub struct SimulationSettings {
 pub struct IntegratorSettings {
     /// Time stepping scheme.
     pub kind: IntegratorKind,
-    /// Largest time step [s].
+    /// Largest time step \[s\].
     pub max_step: f64,
-    /// Smallest time step: when a step fails below it, the run ends with an error [s].
+    /// Smallest time step: when a step fails below it, the run ends with an error \[s\].
     pub min_step: f64,
     /// Residual at which a step is accepted, in the unit of `residual_norm` [m/s or N·s].
     pub newton_tolerance: f64,
@@ -112,7 +112,7 @@ pub enum CurvatureKind {
 pub struct RelaxationSettings {
     /// Whether to begin gently.
     pub enabled: bool,
-    /// Length of the window [s].
+    /// Length of the window \[s\].
     pub duration: f64,
     /// First step relative to `integrator.max_step`.
     pub step_fraction: f64,
@@ -127,9 +127,9 @@ pub struct StopSettings {
     pub early: bool,
     /// Percentile of the points' kinetic energies that counts [%].
     pub percentile: f64,
-    /// Kinetic energy of one point below which it rests [J].
+    /// Kinetic energy of one point below which it rests \[J\].
     pub kinetic_energy: f64,
-    /// Time for which every step has to stay below [s].
+    /// Time for which every step has to stay below \[s\].
     pub window: f64,
 }
 
@@ -141,10 +141,10 @@ pub struct DampingSettings {
     /// Drag of still air, instead of every fabric's own [1/s].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drag: Option<f64>,
-    /// Viscous over elastic membrane moduli, instead of every fabric's own [s].
+    /// Viscous over elastic membrane moduli, instead of every fabric's own \[s\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub membrane: Option<f64>,
-    /// Viscous over elastic bending rigidity, instead of every fabric's own [s].
+    /// Viscous over elastic bending rigidity, instead of every fabric's own \[s\].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bending: Option<f64>,
 }
@@ -273,9 +273,9 @@ pub struct ContactSettings {
     pub potential: PotentialKind,
     /// Stiffness of the repulsion of one pair [N/m].
     pub stiffness: f64,
-    /// Distance that cloth keeps from cloth [m].
+    /// Distance that cloth keeps from cloth \[m\].
     pub thickness: f64,
-    /// Distance that cloth keeps from bodies [m].
+    /// Distance that cloth keeps from bodies \[m\].
     pub body_thickness: f64,
     /// Coulomb friction coefficient of cloth on cloth; bodies have their own.
     pub friction: f64,
@@ -318,7 +318,7 @@ pub enum FrictionModel {
 /// Triangulation.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MeshSettings {
-    /// Target edge length of cloth meshes [m].
+    /// Target edge length of cloth meshes \[m\].
     pub edge_length: f64,
 }
 
@@ -329,7 +329,7 @@ pub struct OutputSettings {
     pub directory: PathBuf,
     /// Recorded frames per simulated second [1/s].
     pub frame_rate: f64,
-    /// Seconds of computing between checkpoints; 0 writes none [s].
+    /// Seconds of computing between checkpoints; 0 writes none \[s\].
     pub checkpoint_seconds: f64,
     /// Whether to write `report.html`.
     pub report: bool,
@@ -340,18 +340,18 @@ pub struct OutputSettings {
 /// Sewing a garment together on its body.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AssembleSettings {
-    /// Least distance of the panels from the body at the start [m].
+    /// Least distance of the panels from the body at the start \[m\].
     pub clearance: f64,
     /// Iterations that bend the panels around the body before sewing.
     pub pre_iterations: usize,
-    /// Time over which the seams are closed [s].
+    /// Time over which the seams are closed \[s\].
     pub seam_time: f64,
     /// Stiffness of a seam spring at first [N/m].
     pub seam_stiffness_start: f64,
     /// Stiffness of a seam spring in the end [N/m].
     pub seam_stiffness: f64,
-    /// Gap below which a seam is joined for good [m].
+    /// Gap below which a seam is joined for good \[m\].
     pub weld_gap: f64,
-    /// Time to settle after sewing [s].
+    /// Time to settle after sewing \[s\].
     pub settle_time: f64,
 }
