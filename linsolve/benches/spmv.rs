@@ -3,7 +3,8 @@
 //! `cargo bench -p selvedge-linsolve` prints criterion's times and then a table
 //! of nanoseconds per unknown and of bandwidth as a fraction of the triad,
 //! every figure the best of interleaved rounds: on a shared machine only the
-//! ratios mean something.
+//! ratios mean something. The processor time of all threads (Linux) is free of
+//! waiting for a core; run with `RAYON_NUM_THREADS=1` to compare it.
 
 use criterion::Criterion;
 use rayon::prelude::*;
@@ -180,35 +181,59 @@ fn main() {
         return;
     }
 
-    let mut best = vec![f64::INFINITY; cases.len()];
+    let mut best = vec![[f64::INFINITY; 2]; cases.len()];
     for _ in 0..rounds() {
         for (case, best) in cases.iter_mut().zip(&mut best) {
-            let start = Instant::now();
+            let (start, cpu) = (Instant::now(), processor_seconds());
             (case.run)();
-            *best = best.min(start.elapsed().as_secs_f64());
+            best[0] = best[0].min(start.elapsed().as_secs_f64());
+            best[1] = best[1].min(processor_seconds() - cpu);
         }
     }
-    let bandwidth = cases[0].bytes / best[0];
     println!(
-        "\n{:<34} {:>9} {:>11} {:>7} {:>7}",
-        "best of interleaved rounds", "ms", "ns/unknown", "GB/s", "triad"
+        "\n{:<32} {:>8} {:>10} {:>6} {:>6} | {:>8} {:>10} {:>6}",
+        "best of interleaved rounds",
+        "wall ms",
+        "ns/unknown",
+        "GB/s",
+        "triad",
+        "cpu ms",
+        "ns/unknown",
+        "triad"
     );
+    let triad = best[0];
     for (case, best) in cases.iter().zip(&best) {
-        let rate = case.bytes / best;
-        let per = if case.name.starts_with("20") {
+        let iterations = if case.name.starts_with("20") {
             20.0
         } else {
             1.0
         };
+        let [wall, cpu] = best.map(|s| s / iterations);
+        let fraction = |k: usize| 100.0 * case.bytes / best[k] * triad[k] / cases[0].bytes;
         println!(
-            "{:<34} {:>9.3} {:>11.2} {:>7.1} {:>6.0}%",
+            "{:<32} {:>8.3} {:>10.2} {:>6.1} {:>5.0}% | {:>8.3} {:>10.2} {:>5.0}%",
             case.name,
-            1e3 * best / per,
-            1e9 * best / per / unknowns,
-            1e-9 * rate,
-            100.0 * rate / bandwidth
+            1e3 * wall,
+            1e9 * wall / unknowns,
+            1e-9 * case.bytes / best[0],
+            fraction(0),
+            1e3 * cpu,
+            1e9 * cpu / unknowns,
+            fraction(1)
         );
     }
+}
+
+/// Time on a core of all threads of this process; NaN where it is not known.
+fn processor_seconds() -> f64 {
+    let Ok(tasks) = std::fs::read_dir("/proc/self/task") else {
+        return f64::NAN;
+    };
+    let nanoseconds = |task: std::fs::DirEntry| {
+        let text = std::fs::read_to_string(task.path().join("schedstat")).ok()?;
+        text.split(' ').next()?.parse::<f64>().ok()
+    };
+    tasks.flatten().filter_map(nanoseconds).sum::<f64>() * 1e-9
 }
 
 fn rounds() -> usize {

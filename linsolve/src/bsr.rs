@@ -140,26 +140,9 @@ impl<T: Real> Bsr<T> {
 }
 
 /// One block row times `x`.
-///
-/// Each column of a block is loaded as four lanes: the first two with the
-/// following entry as an unused fourth lane, the last one shifted by one so
-/// that no load leaves the block. Three independent sums hide the latency.
 #[inline(always)]
 pub(crate) fn row_product<T: Real>(columns: &[u32], blocks: &[[T; 9]], x: &[[T; 3]]) -> [T; 3] {
-    let (mut a, mut b, mut c) = ([T::ZERO; 4], [T::ZERO; 4], [T::ZERO; 4]);
-    for (m, &j) in blocks.iter().zip(columns) {
-        let x = x[j as usize];
-        for l in 0..4 {
-            a[l] = m[l].fma(x[0], a[l]);
-            b[l] = m[3 + l].fma(x[1], b[l]);
-            c[l] = m[5 + l].fma(x[2], c[l]);
-        }
-    }
-    [
-        (a[0] + b[0]) + c[1],
-        (a[1] + b[1]) + c[2],
-        (a[2] + b[2]) + c[3],
-    ]
+    T::row_product(columns, blocks, x)
 }
 
 impl<T: Real> LinearOperator<T> for Bsr<T> {

@@ -5,6 +5,7 @@ use std::fmt::{Debug, Display};
 use std::iter::Sum;
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use std::sync::atomic::{AtomicU32, AtomicU64, Ordering::Relaxed};
+use wide::{f32x4, f64x4};
 use zerocopy::{FromBytes, IntoBytes};
 
 mod sealed {
@@ -74,6 +75,9 @@ pub trait Real:
     }
     #[doc(hidden)]
     fn as_atomics(values: &mut [Self]) -> &[Self::Atomic];
+    /// `Σ_j A_j x_j` over column-major blocks.
+    #[doc(hidden)]
+    fn row_product(columns: &[u32], blocks: &[[Self; 9]], x: &[[Self; 3]]) -> [Self; 3];
     #[doc(hidden)]
     fn add_exclusive(slot: &Self::Atomic, v: Self);
     #[doc(hidden)]
@@ -81,7 +85,7 @@ pub trait Real:
 }
 
 macro_rules! real {
-    ($t:ident, $bits:ident, $atomic:ident, { $($more:item)* }) => {
+    ($t:ident, $bits:ident, $atomic:ident, $lanes:ident, { $($more:item)* }) => {
         impl Real for $t {
             const ZERO: Self = 0.0;
             const ONE: Self = 1.0;
@@ -125,6 +129,23 @@ macro_rules! real {
                     Err(_) => unreachable!("atomics need a stricter alignment than the floats"),
                 }
             }
+            // Each column of a block is loaded as four lanes: the first two with
+            // the following entry as an unused fourth lane, the last one shifted
+            // by one, so that no load leaves the block. Explicit lanes, since the
+            // compiler narrows arrays of four with an unused entry to two and
+            // one; three independent sums hide the latency.
+            #[inline(always)]
+            fn row_product(columns: &[u32], blocks: &[[$t; 9]], x: &[[$t; 3]]) -> [$t; 3] {
+                let (mut a, mut b, mut c) = ($lanes::ZERO, $lanes::ZERO, $lanes::ZERO);
+                for (m, &j) in blocks.iter().zip(columns) {
+                    let x = &x[j as usize];
+                    a = $lanes::new([m[0], m[1], m[2], m[3]]).mul_add($lanes::splat(x[0]), a);
+                    b = $lanes::new([m[3], m[4], m[5], m[6]]).mul_add($lanes::splat(x[1]), b);
+                    c = $lanes::new([m[5], m[6], m[7], m[8]]).mul_add($lanes::splat(x[2]), c);
+                }
+                let (s, c) = ((a + b).to_array(), c.to_array());
+                [s[0] + c[1], s[1] + c[2], s[2] + c[3]]
+            }
             #[inline(always)]
             fn add_exclusive(slot: &Self::Atomic, v: Self) {
                 slot.store(($t::from_bits(slot.load(Relaxed)) + v).to_bits(), Relaxed);
@@ -144,8 +165,8 @@ macro_rules! real {
     };
 }
 
-real!(f32, u32, AtomicU32, {});
-real!(f64, u64, AtomicU64, {
+real!(f32, u32, AtomicU32, f32x4, {});
+real!(f64, u64, AtomicU64, f64x4, {
     fn refined_exists() -> bool {
         true
     }

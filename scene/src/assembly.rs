@@ -10,7 +10,6 @@ use selvedge_integrator::{
 };
 
 use crate::build::{Built, BuiltScene, StageOptions};
-use crate::diagnostic::Finding;
 use crate::driver::{Progress, RunError, chain, tick};
 use crate::result::figures;
 use crate::summary::{StageSummary, Status};
@@ -51,7 +50,7 @@ pub(crate) fn assemble(
     progress: &mut (dyn Progress + Send),
     interrupt: &AtomicBool,
 ) -> Result<Assembled, RunError> {
-    let mut summaries = vec![wrap(built, &mut state)?];
+    let mut summaries = vec![wrap(built, &mut state)];
     progress.note("assembly: wrapped around the body");
     for (name, what, stage) in stages(built) {
         let clock = Instant::now();
@@ -92,7 +91,7 @@ pub(crate) fn assemble(
     Ok(Assembled::Done { state, summaries })
 }
 
-fn wrap(built: &BuiltScene, state: &mut State) -> Result<StageSummary, RunError> {
+fn wrap(built: &BuiltScene, state: &mut State) -> StageSummary {
     let clock = Instant::now();
     let settings = &built.scene().assemble;
     let g = &built.geometry;
@@ -121,9 +120,7 @@ fn wrap(built: &BuiltScene, state: &mut State) -> Result<StageSummary, RunError>
             iterations: settings.pre_iterations,
             ..AssembleSettings::default()
         };
-        let (placed, _) = preassemble(&sewn.mesh, &field, &wrapping).map_err(|e| {
-            Finding::error("scene::assembly", part.name.as_str(), e.to_string())
-        }).map_err(|f| RunError::Scene(f.into()))?;
+        let (placed, _) = preassemble(&sewn.mesh, &field, &wrapping);
         let (x, _) = state.q.as_chunks_mut::<3>();
         for (k, p) in placed.into_iter().enumerate() {
             let point = g.order.new_of_old[part.points.start as usize + k];
@@ -131,7 +128,7 @@ fn wrap(built: &BuiltScene, state: &mut State) -> Result<StageSummary, RunError>
         }
     }
     let what = "geometry alone, no forces";
-    Ok(summarise(built, state, empty("wrap", what, clock)))
+    summarise(built, state, empty("wrap", what, clock))
 }
 
 fn stages(built: &BuiltScene) -> [(&'static str, &'static str, StageOptions); 2] {

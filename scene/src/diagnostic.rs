@@ -20,6 +20,15 @@ pub enum Severity {
     Error,
 }
 
+impl std::fmt::Display for Severity {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Error => "error",
+            Self::Warning => "warning",
+        })
+    }
+}
+
 /// A named text that findings point into.
 #[derive(Clone, Debug)]
 pub struct SourceText(Arc<NamedSource<String>>);

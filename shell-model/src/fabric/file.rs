@@ -289,7 +289,10 @@ pub fn read_fabric_file(path: &Path) -> Result<Fabric, FabricError> {
         path: origin.clone(),
         reason: e.to_string(),
     })?;
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json")) {
+    if path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("json"))
+    {
         let stem = path.file_stem().unwrap_or_default();
         return super::read_measured(&text, &origin)?.to_fabric(stem.to_string_lossy());
     }
