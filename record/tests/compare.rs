@@ -162,6 +162,29 @@ fn distance(p: [f64; 3], [a, b, c]: [[f64; 3]; 3]) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
 
+    /// Verifies that a triangle as thin as rounding is the line that it looks
+    /// like, seen from points on that line and its extension.
+    #[test]
+    fn sliver_is_its_edges(
+        ends in prop::array::uniform6(-1.0..1.0_f64),
+        middle in 0.0..1.0_f64,
+        along in prop::array::uniform3(-2.0..3.0_f64),
+    ) {
+        let at = |s: f64| (0..3).map(move |c| ends[c] + s * (ends[3 + c] - ends[c]));
+        let sliver: Vec<f64> = at(0.0).chain(at(1.0)).chain(at(middle)).collect();
+        let from: Vec<f64> = along.into_iter().flat_map(at).collect();
+        let d = compare_surfaces(
+            &surface(&from, &[[0, 1, 2]]),
+            &surface(&sliver, &[[0, 1, 2]]),
+            &SurfaceOptions::default(),
+        )
+        .unwrap();
+        let length = (0..3).map(|c| (ends[3 + c] - ends[c]).powi(2)).sum::<f64>().sqrt();
+        let expected = along.map(|s| length * (-s).max(s - 1.0).max(0.0));
+        let largest = expected.into_iter().fold(0.0, f64::max);
+        prop_assert!((d.a_to_b.vertices.max - largest).abs() < 1e-9, "{} {largest}", d.a_to_b.vertices.max);
+    }
+
     /// Verifies the tree and the bounds against brute force over all
     /// triangles: points, lines and slivers as thin as rounding included.
     #[test]

@@ -113,13 +113,19 @@ fn box_distance_squared(p: [f64; 3], node: &Node) -> f64 {
     sum
 }
 
+/// Triangles thinner than this, relative to their longest edge, are their
+/// edges: the normal of a sliver is rounding, and with it what is inside.
+const SLIVER: f64 = 1e-8;
+
 /// Squared distance of a point to a triangle, degenerate ones included.
 pub(super) fn triangle_distance_squared(p: [f64; 3], t: &[[f64; 3]; 3]) -> f64 {
     let [a, b, c] = *t;
-    let normal = cross(sub(b, a), sub(c, a));
+    let (ab, bc, ca) = (sub(b, a), sub(c, b), sub(a, c));
+    let normal = cross(ca, ab);
     let length = dot(normal, normal);
-    let inside = |a, b| dot(cross(sub(b, a), sub(p, a)), normal) >= 0.0;
-    if length > 0.0 && inside(a, b) && inside(b, c) && inside(c, a) {
+    let longest = dot(ab, ab).max(dot(bc, bc)).max(dot(ca, ca));
+    let inside = |a, edge| dot(cross(edge, sub(p, a)), normal) >= 0.0;
+    if length > (SLIVER * longest).powi(2) && inside(a, ab) && inside(b, bc) && inside(c, ca) {
         let height = dot(sub(p, a), normal);
         return height * height / length;
     }
