@@ -34,6 +34,8 @@ fn real_patterns() {
         let pattern = Pattern::from_json(&bytes).unwrap();
         let m = GarmentMesh::build(&pattern, &MeshSettings::default()).unwrap();
         check_consistent(&name, &m);
+        let shell = m.to_shell_mesh(|_| 0);
+        assert!(shell.is_ok(), "{name}: {:?}", shell.err());
         let s = &m.stats;
         let panels: f64 = m.panels.iter().map(|p| p.area).sum();
         assert!((s.area / panels - 1.0).abs() < 1e-9, "{name}");
