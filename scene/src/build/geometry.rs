@@ -8,7 +8,7 @@ use selvedge_linsolve::{Pattern as BlockPattern, Permutation, reverse_cuthill_mc
 use selvedge_shell_model::fabric::Fabric;
 use selvedge_shell_model::{ShellMesh, sheet};
 
-use crate::diagnostic::{Diagnostics, Finding, Severity};
+use crate::diagnostic::{Diagnostics, Finding};
 use crate::file::model::{Cloth, ClothShape, Lattice, Reorder};
 use crate::file::obj::{self, Purpose};
 use crate::file::{Parsed, SceneFile};
@@ -302,17 +302,13 @@ fn add_pattern(
     };
     let bytes = std::fs::read(&path).map_err(|e| error(format!("cannot read `{shown}`: {e}")))?;
     let read = Pattern::from_json(&bytes).map_err(|e| error(format!("{shown}: {e}")))?;
-    for f in pattern::examine(&read) {
-        findings.push(pattern_finding(&shown, &f));
-    }
+    findings.extend(pattern_findings(&shown, &pattern::examine(&read)));
     if findings.has_errors() {
         return Err(std::mem::take(findings));
     }
     let settings = selvedge_garment::MeshSettings { edge_length: edge, ..Default::default() };
     let mesh = GarmentMesh::build(&read, &settings).map_err(|e| error(format!("{shown}: {e}")))?;
-    for f in &mesh.findings {
-        findings.push(pattern_finding(&shown, f));
-    }
+    findings.extend(pattern_findings(&shown, &mesh.findings));
 
     let from = draft.positions.len() as u32;
     let first_panel = draft.panel_names.len() as u16;
@@ -342,21 +338,18 @@ fn add_pattern(
     Ok(mesh)
 }
 
-fn pattern_finding(file: &str, f: &pattern::Finding) -> Finding {
-    let mut message = String::new();
-    if let Some(panel) = &f.panel {
-        message += &format!("panel `{panel}`");
-        if let Some(edge) = f.edge {
-            message += &format!(", edge {edge}");
-        }
-        message += ": ";
+/// Findings of the pattern's doctor; what is only worth knowing is left out.
+fn pattern_findings(file: &str, all: &[pattern::Finding]) -> Diagnostics {
+    let mut findings = Diagnostics::new();
+    for f in all {
+        let finding = match f.severity {
+            pattern::Severity::Error => Finding::error("pattern", file, f.message.as_str()),
+            pattern::Severity::Warning => Finding::warning("pattern", file, f.message.as_str()),
+            pattern::Severity::Note => continue,
+        };
+        findings.push(finding.help(f.help.as_str()));
     }
-    message += &f.message;
-    let mut finding = Finding::error("pattern", file, message).help(f.help.clone());
-    if f.severity == pattern::Severity::Warning {
-        finding.severity = Severity::Warning;
-    }
-    finding
+    findings
 }
 
 /// Stretch, noise, rotation and translation of a piece.
