@@ -136,12 +136,19 @@ macro_rules! real {
             // one; three independent sums hide the latency.
             #[inline(always)]
             fn row_product(columns: &[u32], blocks: &[[$t; 9]], x: &[[$t; 3]]) -> [$t; 3] {
+                // copied as one array: single entries would be shuffled together
+                #[inline(always)]
+                fn four(m: &[$t; 9], at: usize) -> $lanes {
+                    let mut lanes = [0.0; 4];
+                    lanes.copy_from_slice(&m[at..at + 4]);
+                    $lanes::new(lanes)
+                }
                 let (mut a, mut b, mut c) = ($lanes::ZERO, $lanes::ZERO, $lanes::ZERO);
                 for (m, &j) in blocks.iter().zip(columns) {
                     let x = &x[j as usize];
-                    a = $lanes::new([m[0], m[1], m[2], m[3]]).mul_add($lanes::splat(x[0]), a);
-                    b = $lanes::new([m[3], m[4], m[5], m[6]]).mul_add($lanes::splat(x[1]), b);
-                    c = $lanes::new([m[5], m[6], m[7], m[8]]).mul_add($lanes::splat(x[2]), c);
+                    a = four(m, 0).mul_add($lanes::splat(x[0]), a);
+                    b = four(m, 3).mul_add($lanes::splat(x[1]), b);
+                    c = four(m, 5).mul_add($lanes::splat(x[2]), c);
                 }
                 let (s, c) = ((a + b).to_array(), c.to_array());
                 [s[0] + c[1], s[1] + c[2], s[2] + c[3]]

@@ -6,7 +6,7 @@ mod iterate;
 use crate::error::{check_finite, check_len};
 use crate::{
     BlockJacobi, ExplicitOperator, Filter, LinearOperator, LinearSolver, LinsolveError,
-    Preconditioner, Real, SolveReport,
+    Preconditioner, Real, SolveReport, vector,
 };
 use std::sync::Arc;
 
@@ -151,7 +151,12 @@ impl<T: Real> Mpcg<T> {
                 range: "[0, ∞)",
             });
         }
-        Ok(self.run(a, b, filter, x))
+        Ok(if a.dim() <= vector::SERIAL {
+            self.run(a, b, filter, x)
+        } else {
+            // one hand-over to the thread pool instead of one for each kernel
+            rayon::scope(|_| self.run(a, b, filter, x))
+        })
     }
 }
 
