@@ -248,16 +248,18 @@ impl BuiltScene {
             }
             FrictionModel::Lagged => Some(Friction::Lagged(FrictionLagged::new(coefficient))),
         };
-        let quadratic = |base: ContactQuadratic, thickness: f64| {
-            let stiffness = ContactStiffness::PerPair(c.stiffness);
+        let quadratic = |base: ContactQuadratic, thickness: f64, stiffness: f64| {
+            let stiffness = ContactStiffness::PerPair(stiffness);
             Box::new(ContactQuadratic { thickness, stiffness, ..base })
         };
         let mut contacts: Vec<Box<dyn ContactSource>> = Vec::new();
         if !self.bodies.is_empty() {
             let bodies: Vec<Arc<dyn Body>> = self.bodies.iter().map(|b| b.body.clone()).collect();
+            let still: Vec<bool> = self.bodies.iter().map(|b| !b.moves).collect();
             let most = self.scene().body.iter().map(|b| b.friction).fold(0.0, f64::max);
             let mut contact = BodyContact::new(masses.len(), bodies)
-                .with_potential(quadratic(ContactQuadratic::body(), c.body_thickness));
+                .with_potential(quadratic(ContactQuadratic::body(), c.body_thickness, c.body_stiffness))
+                .with_still(&still)?;
             if let Some(friction) = friction(most) {
                 contact = contact.with_friction(friction, masses)?;
             }
@@ -281,7 +283,7 @@ impl BuiltScene {
             )?;
             let mut contact = SelfContact::new(mesh)
                 .with_backend(system::backend(c.broad_phase))
-                .with_potential(quadratic(ContactQuadratic::cloth(), c.thickness));
+                .with_potential(quadratic(ContactQuadratic::cloth(), c.thickness, c.stiffness));
             if let Some(friction) = friction(c.friction) {
                 contact = contact.with_friction(friction, masses)?;
             }

@@ -1,3 +1,4 @@
+mod guard;
 mod pass;
 
 use std::ops::Range;
@@ -13,6 +14,7 @@ use crate::{
     Aabb, Body, CollisionError, ContactPotential, ContactQuadratic, ContactResponse, Friction,
     SurfaceSample,
 };
+use guard::Guard;
 use pass::{Anchor, Candidate, Pass, Task};
 
 /// How far detection looks.
@@ -58,6 +60,9 @@ pub struct BodyContact {
     areas: Vec<f64>,
     settings: BodyContactSettings,
     envelope: Envelope,
+    /// What is known of the distance of every point to every still body;
+    /// empty for bodies that move.
+    guards: Vec<Vec<Guard>>,
     time_end: f64,
     candidates: Vec<Candidate>,
     /// Candidates of each task.
@@ -84,6 +89,7 @@ impl BodyContact {
             areas: Vec::new(),
             settings: BodyContactSettings::default(),
             envelope: Envelope::default(),
+            guards: Vec::new(),
             time_end: 0.0,
             candidates: Vec::new(),
             ranges: Vec::new(),
@@ -167,6 +173,25 @@ impl BodyContact {
         Ok(self)
     }
 
+    /// Says which bodies never move. Distances to them are remembered, so that
+    /// points far away are not asked for in every step; results do not change.
+    ///
+    /// # Errors
+    /// [`CollisionError::Length`] when there is not one value a body.
+    pub fn with_still(mut self, still: &[bool]) -> Result<Self, CollisionError> {
+        if still.len() != self.bodies.len() {
+            let (found, expected) = (still.len(), self.bodies.len());
+            return Err(CollisionError::Length {
+                what: "still bodies",
+                found,
+                expected,
+            });
+        }
+        let guard = |still: &bool| vec![Guard::UNKNOWN; if *still { self.point_count } else { 0 }];
+        self.guards = still.iter().map(guard).collect();
+        Ok(self)
+    }
+
     /// Other settings.
     ///
     /// # Errors
@@ -237,21 +262,33 @@ impl ContactSource for BodyContact {
         let reach = self.potential.thickness() + margin;
         let mut tasks = std::mem::take(&mut self.tasks);
         let mut candidates = std::mem::take(&mut self.candidates);
+        let mut guards = std::mem::take(&mut self.guards);
         candidates.clear();
+        let mut fresh = Vec::new();
         for (body, b) in self.bodies.iter().enumerate() {
             let bounds = b.bounds(self.time_end).inflate(reach);
             let body = body as u32;
             let end = self.envelope.end();
             let points = &self.points;
             let time = self.time_end;
+            let near = self.potential.thickness();
+            let known =
+                guards.get(body as usize).filter(|g| g.len() == self.point_count).map(Vec::as_slice);
             in_order(
                 points.len().div_ceil(CHUNK),
                 &mut tasks,
                 |i, task: &mut Task| {
                     task.candidates.clear();
                     task.positions.clear();
+                    task.guards.clear();
                     for &point_ in &points[i * CHUNK..((i + 1) * CHUNK).min(points.len())] {
                         let (x, y) = (point(step.q_start, point_), point(end, point_));
+                        let way = norm(sub(y, x)) + margin;
+                        if known.is_some_and(|g| {
+                            g[point_ as usize].distance(x, steepness) > near + steepness * way
+                        }) {
+                            continue;
+                        }
                         if bounds.overlaps(&Aabb::of_points(&[x, y])) {
                             task.candidates.push(Candidate {
                                 body,
@@ -264,19 +301,30 @@ impl ContactSource for BodyContact {
                     // Keep what the field cannot rule out, and what it cannot tell.
                     let mut k = 0;
                     let samples = &task.samples;
+                    if known.is_some() {
+                        let all = task.candidates.iter().zip(&task.positions).zip(samples);
+                        task.guards.extend(all.map(|((c, x), s)| (c.point, Guard::new(*x, s))));
+                    }
                     task.candidates.retain(|c| {
                         let (x, y) = (point(step.q_start, c.point), point(end, c.point));
                         let way = norm(sub(y, x)) + margin;
                         let far = samples.get(k).is_some_and(|s| {
-                            s.distance > self.potential.thickness() + steepness * way
+                            s.distance > near + steepness * way
                         });
                         k += 1;
                         !far
                     });
                 },
-                |task| candidates.append(&mut task.candidates),
+                |task| {
+                    candidates.append(&mut task.candidates);
+                    fresh.append(&mut task.guards);
+                },
             );
+            for (point, g) in fresh.drain(..) {
+                guards[body as usize][point as usize] = g;
+            }
         }
+        self.guards = guards;
         self.candidates = candidates;
         self.tasks = tasks;
         self.split();
@@ -426,6 +474,7 @@ impl ContactSource for BodyContact {
             + 16 * self.ranges.capacity()
             + size_of::<Anchor>() * (self.memory.capacity() + self.spare.capacity())
             + self.envelope.heap_bytes()
+            + self.guards.iter().map(|g| size_of::<Guard>() * g.capacity()).sum::<usize>()
             + tasks
     }
 }

@@ -1,3 +1,4 @@
+use super::guard::Guard;
 use std::ops::Range;
 
 use selvedge_energy::EvalPoint;
@@ -27,6 +28,7 @@ pub(super) struct Task {
     pub samples: Vec<SurfaceSample>,
     pub response: ContactResponse,
     pub candidates: Vec<Candidate>,
+    pub guards: Vec<(u32, Guard)>,
     pub memory: Vec<Anchor>,
     pub energy: f64,
     pub deepest: f64,

@@ -1,12 +1,15 @@
 mod memory;
 mod pass;
+mod skin;
 
 use selvedge_energy::{DofLayout, EvalPoint};
 
 use memory::Memory;
 use pass::{LaggedContact, Pairs, Pass, Task};
+use skin::Skin;
 
 use super::envelope::Envelope;
+use crate::proximity::check_positions;
 use super::side::Meeting;
 use super::{CHUNK, ContactSource, StepStart, check_margin, check_step, in_order};
 use crate::vec3::{combine, point, sub, tangential};
@@ -16,6 +19,9 @@ use crate::{
 };
 
 const NAME: &str = "self-contact";
+
+/// Steps that a skin has to last to be worth its wider search.
+const SKIN_STEPS: f64 = 6.0;
 
 /// Candidates of task `i`.
 fn chunk(i: usize, count: usize) -> std::ops::Range<usize> {
@@ -31,6 +37,9 @@ pub struct SelfContactSettings {
     pub margin: f64,
     /// Fraction by which the predicted motion is overshot \[1\].
     pub overshoot: f64,
+    /// How far points may drift before slow cloth is searched again \[m\];
+    /// zero searches in every step. A quarter of the shortest edge bounds it.
+    pub skin: f64,
 }
 
 impl Default for SelfContactSettings {
@@ -38,6 +47,7 @@ impl Default for SelfContactSettings {
         Self {
             margin: 5e-4,
             overshoot: 0.25,
+            skin: 1e-3,
         }
     }
 }
@@ -60,6 +70,7 @@ pub struct SelfContact {
     backend: Box<dyn CollisionBackend>,
     settings: SelfContactSettings,
     envelope: Envelope,
+    skin: Skin,
     spare: Memory,
     lagged: Vec<LaggedContact>,
     tasks: Vec<Task>,
@@ -87,6 +98,7 @@ impl SelfContact {
             backend: Box::new(ProximityBackend::new(BvhParry::new())),
             settings: SelfContactSettings::default(),
             envelope: Envelope::default(),
+            skin: Skin::default(),
             spare: Memory::default(),
             lagged: Vec::new(),
             tasks: Vec::new(),
@@ -143,6 +155,14 @@ impl SelfContact {
         check_margin(settings.margin, settings.overshoot)?;
         self.settings = settings;
         Ok(self)
+    }
+
+    /// Finds all pairs that come into contact while the skin holds.
+    fn search_skin(&mut self) -> Result<(), CollisionError> {
+        let reach = self.pairs.potential.thickness() + 2.0 * self.skin.radius();
+        let place = self.skin.place();
+        let candidates = &mut self.pairs.candidates;
+        self.backend.detect(&self.pairs.mesh, place, place, reach, candidates)
     }
 
     /// The mesh.
@@ -213,18 +233,28 @@ impl ContactSource for SelfContact {
 
     fn detect(&mut self, step: &StepStart<'_>) -> Result<(), CollisionError> {
         check_step(step.dt)?;
-        let SelfContactSettings { margin, overshoot } = self.settings;
-        self.envelope
-            .set(self.pairs.mesh.points(), step, overshoot, 0.5 * margin)?;
-        let reach = self.pairs.potential.thickness() + margin;
-        let end = self.envelope.end();
-        self.backend.detect(
-            &self.pairs.mesh,
-            step.q_start,
-            end,
-            reach,
-            &mut self.pairs.candidates,
-        )?;
+        let mesh = &self.pairs.mesh;
+        check_positions(mesh.points(), step.q_start)?;
+        check_positions(mesh.points(), step.q_predicted)?;
+        let SelfContactSettings { margin, overshoot, skin } = self.settings;
+        let skin = skin.min(0.25 * mesh.shortest_edge());
+        let count = 3 * mesh.points();
+        let (start, predicted) = (&step.q_start[..count], &step.q_predicted[..count]);
+        if !self.skin.holds(start, predicted) {
+            if self.skin.lay(start, predicted, (1.0 + overshoot) * SKIN_STEPS, skin) {
+                self.search_skin()?;
+            } else {
+                self.envelope.set(mesh.points(), step, overshoot, 0.5 * margin)?;
+                let reach = self.pairs.potential.thickness() + margin;
+                self.backend.detect(
+                    mesh,
+                    step.q_start,
+                    self.envelope.end(),
+                    reach,
+                    &mut self.pairs.candidates,
+                )?;
+            }
+        }
         if let Some(Friction::Lagged(_)) = self.pairs.friction {
             self.lag(step);
         }
@@ -271,6 +301,10 @@ impl ContactSource for SelfContact {
     }
 
     fn covers(&self, at: &EvalPoint<'_>) -> bool {
+        if self.skin.is_laid() {
+            let count = 3 * self.pairs.mesh.points();
+            return at.q.len() >= count && self.skin.holds(&at.q[..count], &at.q[..count]);
+        }
         self.envelope
             .contains(at, 0..self.pairs.mesh.points() as u32)
     }
@@ -304,14 +338,23 @@ impl ContactSource for SelfContact {
     }
 
     fn history(&self) -> Vec<f64> {
-        self.pairs.memory.to_numbers()
+        let mut out = self.skin.to_numbers();
+        out.extend(self.pairs.memory.to_numbers());
+        out
     }
 
     fn restore_history(&mut self, history: &[f64]) -> Result<(), CollisionError> {
         let mesh = &self.pairs.mesh;
         let limits = [mesh.points(), mesh.triangles().len(), mesh.edges().len()];
         let anchored = matches!(self.pairs.friction, Some(Friction::Anchored(_)));
-        self.pairs.memory = Memory::from_numbers(history, anchored, limits)?;
+        let (skin, memory) = Skin::from_numbers(history, 3 * mesh.points())?;
+        self.pairs.memory = Memory::from_numbers(memory, anchored, limits)?;
+        self.skin = skin;
+        // The candidates are those of the last search, so that a restored run
+        // goes on with the same bits.
+        if self.skin.is_laid() {
+            self.search_skin()?;
+        }
         Ok(())
     }
 
@@ -324,6 +367,7 @@ impl ContactSource for SelfContact {
         self.pairs.mesh.heap_bytes()
             + self.backend.heap_bytes()
             + self.envelope.heap_bytes()
+            + self.skin.heap_bytes()
             + 8 * self.pairs.inverse_masses.capacity()
             + 8 * (self.pairs.candidates.vertex_triangle.capacity()
                 + self.pairs.candidates.edge_edge.capacity())

@@ -317,6 +317,12 @@ pub(super) static CONTACT: Table = Table::new(
             "Stiffness of the repulsion of one pair.",
         ),
         key(
+            "body_stiffness",
+            number("N/m", Range::up_to(1e9)),
+            "1000",
+            "Stiffness of the repulsion of one point from a body.",
+        ),
+        key(
             "thickness",
             number("m", Range::up_to(0.1)),
             "1e-3",

@@ -273,6 +273,8 @@ pub struct ContactSettings {
     pub potential: PotentialKind,
     /// Stiffness of the repulsion of one pair [N/m].
     pub stiffness: f64,
+    /// Stiffness of the repulsion of one point from a body [N/m].
+    pub body_stiffness: f64,
     /// Distance that cloth keeps from cloth \[m\].
     pub thickness: f64,
     /// Distance that cloth keeps from bodies \[m\].
