@@ -22,9 +22,12 @@ pub fn dispatch(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Check(args) => scene::check(args, cli.json),
         Command::Plan(args) => scene::plan(args, cli.json),
         Command::Compare { a, b } => results::compare(a, b),
-        Command::Export { run, format, output, last } => {
-            results::export(run, *format, output.as_deref(), *last)
-        }
+        Command::Export {
+            run,
+            format,
+            output,
+            last,
+        } => results::export(run, *format, output.as_deref(), *last),
         Command::View { run } => results::view(run),
         Command::Fabric { command } => fabric::fabric(command),
         Command::Schema { markdown } => scene::schema(*markdown),

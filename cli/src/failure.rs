@@ -27,7 +27,10 @@ impl Failure {
                 Self::Input(findings) => findings.to_json(),
                 Self::Usage(text) | Self::Other(text) => serde_json::json!([{ "message": text }]),
             };
-            println!("{}", serde_json::json!({ "event": "error", "findings": errors }));
+            println!(
+                "{}",
+                serde_json::json!({ "event": "error", "findings": errors })
+            );
             return ExitCode::from(code);
         }
         match self {

@@ -30,7 +30,13 @@ impl Reporter {
             }
             bar
         });
-        Self { bar, json, stage: String::new(), started: Instant::now(), told: None }
+        Self {
+            bar,
+            json,
+            stage: String::new(),
+            started: Instant::now(),
+            told: None,
+        }
     }
 
     /// Takes the bar away.
@@ -51,7 +57,11 @@ impl Progress for Reporter {
         if let Some(bar) = &self.bar {
             let spent = self.started.elapsed().as_secs_f64();
             let rate = if spent > 0.0 { t.time / spent } else { 0.0 };
-            let left = if rate > 0.0 { (t.end - t.time) / rate } else { f64::INFINITY };
+            let left = if rate > 0.0 {
+                (t.end - t.time) / rate
+            } else {
+                f64::INFINITY
+            };
             bar.set_position((100.0 * t.time / t.end.max(f64::MIN_POSITIVE)) as u64);
             bar.set_message(format!(
                 "{}: t = {:.3} s of {:.3} s, step {:.3} ms, {} steps ({} rejected)",

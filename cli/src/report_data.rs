@@ -16,26 +16,44 @@ const MAX_FRAMES: usize = 240;
 /// Collects everything that the report of a finished run shows.
 pub fn of_run(built: &BuiltScene, result: &RunResult, scene_text: &str) -> ReportData {
     let g = &built.geometry;
-    let recording = result.recording.as_ref().and_then(|path| Recording::open(path).ok());
+    let recording = result
+        .recording
+        .as_ref()
+        .and_then(|path| Recording::open(path).ok());
     let mut frames = recording.as_ref().map(frames).unwrap_or_default();
     if frames.is_empty() {
         let time = result.summary.simulated_s;
-        frames.push(ReportFrame { time, positions: points(&result.positions) });
+        frames.push(ReportFrame {
+            time,
+            positions: points(&result.positions),
+        });
     }
     let percent = |k: usize| -> Vec<f32> {
-        result.stretches.iter().map(|s| (100.0 * (s[k] - 1.0)) as f32).collect()
+        result
+            .stretches
+            .iter()
+            .map(|s| (100.0 * (s[k] - 1.0)) as f32)
+            .collect()
     };
     let mut point_fields = vec![Field {
         name: "contact force".into(),
         unit: "mN".into(),
-        values: result.contact_force.iter().map(|f| (1e3 * f) as f32).collect(),
+        values: result
+            .contact_force
+            .iter()
+            .map(|f| (1e3 * f) as f32)
+            .collect(),
         ..Field::default()
     }];
     if !result.body_distance.is_empty() {
         point_fields.push(Field {
             name: "distance to the body".into(),
             unit: "mm".into(),
-            values: result.body_distance.iter().map(|d| (1e3 * d) as f32).collect(),
+            values: result
+                .body_distance
+                .iter()
+                .map(|d| (1e3 * d) as f32)
+                .collect(),
             range: Some((0.0, 20.0)),
             ..Field::default()
         });
@@ -65,7 +83,11 @@ pub fn of_run(built: &BuiltScene, result: &RunResult, scene_text: &str) -> Repor
             panel: g.scene_panel.clone(),
             panel_names: g.panel_names.clone(),
         },
-        bodies: built.bodies.iter().map(|b| surface(&b.name, &b.surface.0, &b.surface.1)).collect(),
+        bodies: built
+            .bodies
+            .iter()
+            .map(|b| surface(&b.name, &b.surface.0, &b.surface.1))
+            .collect(),
         frames,
         triangle_fields: vec![
             Field {
@@ -91,7 +113,11 @@ pub fn of_run(built: &BuiltScene, result: &RunResult, scene_text: &str) -> Repor
 }
 
 fn points(flat: &[f64]) -> Vec<[f32; 3]> {
-    flat.as_chunks::<3>().0.iter().map(|p| p.map(|x| x as f32)).collect()
+    flat.as_chunks::<3>()
+        .0
+        .iter()
+        .map(|p| p.map(|x| x as f32))
+        .collect()
 }
 
 fn surface(name: &str, positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> ReportSurface {
@@ -113,14 +139,23 @@ fn frames(recording: &Recording) -> Vec<ReportFrame> {
     chosen
         .into_iter()
         .filter_map(|i| recording.frame(i).ok())
-        .map(|f| ReportFrame { time: f.time, positions: points(&f.positions) })
+        .map(|f| ReportFrame {
+            time: f.time,
+            positions: points(&f.positions),
+        })
         .collect()
 }
 
 fn series(recording: &Recording) -> Vec<Series> {
-    let steps: Vec<_> = recording.diagnostics().iter().filter(|d| d.accepted).collect();
+    let steps: Vec<_> = recording
+        .diagnostics()
+        .iter()
+        .filter(|d| d.accepted)
+        .collect();
     let of = |value: &dyn Fn(usize) -> f64| -> Vec<(f64, f64)> {
-        (0..steps.len()).map(|i| (steps[i].time, value(i))).collect()
+        (0..steps.len())
+            .map(|i| (steps[i].time, value(i)))
+            .collect()
     };
     let one = |group: &str, name: &str, unit: &str, log: bool, points: Vec<(f64, f64)>| Series {
         group: group.into(),
@@ -135,10 +170,28 @@ fn series(recording: &Recording) -> Vec<Series> {
         let energy = of(&|i| steps[i].energies.get(k).map_or(f64::NAN, |e| e.1));
         all.push(one("energy", name, "J", true, energy));
     }
-    all.push(one("kinetic", "kinetic energy", "J", true, of(&|i| steps[i].kinetic)));
-    all.push(one("residual", "Newton residual", "m/s", true, of(&|i| steps[i].residual)));
+    all.push(one(
+        "kinetic",
+        "kinetic energy",
+        "J",
+        true,
+        of(&|i| steps[i].kinetic),
+    ));
+    all.push(one(
+        "residual",
+        "Newton residual",
+        "m/s",
+        true,
+        of(&|i| steps[i].residual),
+    ));
     all.push(one("step", "step", "ms", false, of(&|i| 1e3 * steps[i].dt)));
-    all.push(one("contacts", "active contacts", "", false, of(&|i| steps[i].contacts as f64)));
+    all.push(one(
+        "contacts",
+        "active contacts",
+        "",
+        false,
+        of(&|i| steps[i].contacts as f64),
+    ));
     all.push(one(
         "contacts",
         "linear iterations",
@@ -174,7 +227,11 @@ pub fn of_recording(recording: &Recording) -> Result<ReportData, RecordError> {
             panel: header.panels.clone(),
             panel_names: header.panel_names.clone(),
         },
-        bodies: header.bodies.iter().map(|b| surface(&b.name, &b.points, &b.triangles)).collect(),
+        bodies: header
+            .bodies
+            .iter()
+            .map(|b| surface(&b.name, &b.points, &b.triangles))
+            .collect(),
         frames,
         triangle_fields: fields,
         point_fields: Vec::new(),
@@ -193,7 +250,12 @@ fn stretch_fields(header: &RunHeader, positions: &[f64]) -> Vec<Field> {
     );
     let Ok(mesh) = mesh else { return Vec::new() };
     let stretches = principal_stretches(&mesh, positions);
-    let percent = |k: usize| stretches.iter().map(|s| (100.0 * (s[k] - 1.0)) as f32).collect();
+    let percent = |k: usize| {
+        stretches
+            .iter()
+            .map(|s| (100.0 * (s[k] - 1.0)) as f32)
+            .collect()
+    };
     let field = |name: &str, values| Field {
         name: name.into(),
         unit: "%".into(),
@@ -201,5 +263,8 @@ fn stretch_fields(header: &RunHeader, positions: &[f64]) -> Vec<Field> {
         diverging: true,
         ..Field::default()
     };
-    vec![field("largest stretch", percent(0)), field("smallest stretch", percent(1))]
+    vec![
+        field("largest stretch", percent(0)),
+        field("smallest stretch", percent(1)),
+    ]
 }

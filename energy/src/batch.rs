@@ -67,8 +67,14 @@ impl<E: StencilEnergy<N, M>, const N: usize, const M: usize> Batch<E, N, M> {
     /// neither 3 nor 1.
     pub fn new(name: impl Into<String>, energy: E) -> Self {
         assert_eq!(E::NODE_DIMS.iter().sum::<usize>(), M, "local dimension");
-        assert!(E::NODE_DIMS.iter().all(|d| *d == 3 || *d == 1), "node dimension");
-        Self { name: name.into(), energy }
+        assert!(
+            E::NODE_DIMS.iter().all(|d| *d == 3 || *d == 1),
+            "node dimension"
+        );
+        Self {
+            name: name.into(),
+            energy,
+        }
     }
 
     /// The wrapped energy.

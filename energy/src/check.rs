@@ -31,7 +31,10 @@ pub fn check_derivatives(
     tolerance: f64,
 ) -> Result<DerivativeReport, EnergyError> {
     let m = batch.local_dim();
-    let mut worst = DerivativeReport { gradient: batch.is_conservative().then_some(0.0), hessian: 0.0 };
+    let mut worst = DerivativeReport {
+        gradient: batch.is_conservative().then_some(0.0),
+        hessian: 0.0,
+    };
     let mut g = vec![0.0; m];
     let mut h = vec![0.0; m * m];
     let mut q = at.q.to_vec();
@@ -150,16 +153,29 @@ pub fn check_rigid_motion(
     let moved = |q: &[f64]| -> Vec<f64> {
         let (points, scalars) = q.split_at(3 * at.layout.points);
         let (points, _) = points.as_chunks::<3>();
-        points.iter().flat_map(|p| turn(*p)).chain(scalars.iter().copied()).collect()
+        points
+            .iter()
+            .flat_map(|p| turn(*p))
+            .chain(scalars.iter().copied())
+            .collect()
     };
     let (q, q_start) = (moved(at.q), moved(at.q_start));
-    let at_moved = EvalPoint { q: &q, q_start: &q_start, ..*at };
+    let at_moved = EvalPoint {
+        q: &q,
+        q_start: &q_start,
+        ..*at
+    };
 
     let m = batch.local_dim();
     let mut g = vec![0.0; m];
     for e in 0..batch.len() {
         let fail = |what, amount: f64| {
-            Err(EnergyError::NotInvariant { term: batch.name().into(), stencil: e, what, amount })
+            Err(EnergyError::NotInvariant {
+                term: batch.name().into(),
+                stencil: e,
+                what,
+                amount,
+            })
         };
         let value = batch.gradients(at, e..e + 1, &mut g);
         let scale = size(at, batch, e);
@@ -196,7 +212,11 @@ pub fn check_rigid_motion(
 }
 
 fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
 }
 
 fn unknowns(batch: &dyn EnergyBatch, at: &EvalPoint<'_>, e: usize) -> Vec<usize> {
@@ -266,7 +286,10 @@ fn difference_vec(
 
 fn relative(a: &[f64], b: &[f64]) -> f64 {
     let largest = a.iter().chain(b).fold(0.0_f64, |m, v| m.max(v.abs()));
-    let error = a.iter().zip(b).fold(0.0_f64, |m, (x, y)| m.max((x - y).abs()));
+    let error = a
+        .iter()
+        .zip(b)
+        .fold(0.0_f64, |m, (x, y)| m.max((x - y).abs()));
     if largest > 0.0 { error / largest } else { 0.0 }
 }
 
@@ -280,7 +303,13 @@ fn accept(
     if relative_error <= allowed {
         return Ok(());
     }
-    Err(EnergyError::Derivative { term: batch.name().into(), stencil, what, relative_error, allowed })
+    Err(EnergyError::Derivative {
+        term: batch.name().into(),
+        stencil,
+        what,
+        relative_error,
+        allowed,
+    })
 }
 
 fn finite(
@@ -292,5 +321,9 @@ fn finite(
     if values.iter().all(|v| v.is_finite()) {
         return Ok(());
     }
-    Err(EnergyError::NotFinite { term: batch.name().into(), stencil, what })
+    Err(EnergyError::NotFinite {
+        term: batch.name().into(),
+        stencil,
+        what,
+    })
 }

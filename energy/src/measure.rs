@@ -57,8 +57,7 @@ pub struct Strained<S, D, const K: usize> {
     pub density: D,
 }
 
-impl<S, D, const N: usize, const M: usize, const K: usize> StencilEnergy<N, M>
-    for Strained<S, D, K>
+impl<S, D, const N: usize, const M: usize, const K: usize> StencilEnergy<N, M> for Strained<S, D, K>
 where
     S: Measure<N, M, K>,
     D: Density<K>,
@@ -119,7 +118,8 @@ where
         }
         if curvature != Curvature::GaussNewton {
             let weighted = stress.map(|s| w * s);
-            self.measure.add_second(e, q, &weighted, curvature == Curvature::Projected, h);
+            self.measure
+                .add_second(e, q, &weighted, curvature == Curvature::Projected, h);
         }
         w * value
     }

@@ -30,8 +30,7 @@ pub trait StencilEnergy<const N: usize, const M: usize>: Send + Sync {
     fn value(&self, e: usize, q: &[f64; M], at: &EvalPoint<'_>) -> f64;
 
     /// Writes the gradient (minus the force [N]) and returns the value.
-    fn gradient(&self, e: usize, q: &[f64; M], at: &EvalPoint<'_>, gradient: &mut [f64; M])
-    -> f64;
+    fn gradient(&self, e: usize, q: &[f64; M], at: &EvalPoint<'_>, gradient: &mut [f64; M]) -> f64;
 
     /// Writes gradient and second derivative [N/m], both overwritten whole,
     /// and returns the value.

@@ -33,7 +33,10 @@ pub struct AssemblyOptions {
 
 impl Default for AssemblyOptions {
     fn default() -> Self {
-        Self { scatter: Scatter::Coloured, chunk: 128 }
+        Self {
+            scatter: Scatter::Coloured,
+            chunk: 128,
+        }
     }
 }
 
@@ -77,13 +80,19 @@ impl Assembler {
         options: AssemblyOptions,
     ) -> Result<Self, PlanError> {
         if options.chunk == 0 {
-            return Err(PlanError::Setting { name: "chunk", value: 0.0, allowed: "at least 1" });
+            return Err(PlanError::Setting {
+                name: "chunk",
+                value: 0.0,
+                allowed: "at least 1",
+            });
         }
         let mut schedules = Vec::with_capacity(terms.len());
         for term in terms {
             let batch = term.batch.as_ref();
             if batch.node_dims().iter().any(|d| *d != 3) {
-                return Err(PlanError::Scalars { term: batch.name().into() });
+                return Err(PlanError::Scalars {
+                    term: batch.name().into(),
+                });
             }
             let stencils = (0..batch.len()).map(|e| batch.nodes(e));
             let mut colouring = colour_chunks(points, stencils, options.chunk);
@@ -93,7 +102,11 @@ impl Assembler {
             }
             let slots = pattern.map(|p| slots(batch, p)).unwrap_or_default();
             let values = vec![0.0; colouring.chunks.len()];
-            schedules.push(Schedule { colouring, slots, values });
+            schedules.push(Schedule {
+                colouring,
+                slots,
+                values,
+            });
         }
         Ok(Self { options, schedules })
     }
@@ -164,7 +177,12 @@ impl Assembler {
                     let h = &mut h[..block.len() * m * m];
                     value += batch.hessians(at, curvature, block.clone(), g, h);
                     scatter_gradient(batch, block.clone(), g, -at.dt * factor, &out, atomic);
-                    let target = Target { pattern, slots: &slots, values: &blocks_out, atomic };
+                    let target = Target {
+                        pattern,
+                        slots: &slots,
+                        values: &blocks_out,
+                        atomic,
+                    };
                     match m {
                         3 => target.scatter::<1, 3>(batch, block, h, scale),
                         6 => target.scatter::<2, 6>(batch, block, h, scale),
@@ -224,7 +242,9 @@ impl Schedule {
 
 fn blocks(range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
     let end = range.end;
-    range.step_by(BLOCK).map(move |from| from..(from + BLOCK).min(end))
+    range
+        .step_by(BLOCK)
+        .map(move |from| from..(from + BLOCK).min(end))
 }
 
 /// Slots of all ordered pairs `a ≠ b` of each stencil, row by row; the

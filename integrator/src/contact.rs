@@ -34,7 +34,9 @@ impl Contacts {
         ledger: &mut Ledger,
     ) -> Result<(), StepError> {
         if self.detections == MAX_DETECTIONS {
-            return Err(StepError::ContactMargin { tries: self.detections });
+            return Err(StepError::ContactMargin {
+                tries: self.detections,
+            });
         }
         self.detections += 1;
         for source in sources {

@@ -13,7 +13,12 @@ pub struct StepControl {
 impl StepControl {
     /// Starts at `fraction` of the largest step.
     pub fn new(settings: ControlSettings, fraction: f64) -> Self {
-        Self { settings, dt: settings.max_step * fraction.min(1.0), accepted_run: 0, rejected_run: 0 }
+        Self {
+            settings,
+            dt: settings.max_step * fraction.min(1.0),
+            accepted_run: 0,
+            rejected_run: 0,
+        }
     }
 
     /// The next step to try [s].
@@ -50,7 +55,9 @@ impl StepControl {
     }
 
     pub(crate) fn restore(&mut self, values: &[f64]) -> bool {
-        let [dt, accepted, rejected] = values else { return false };
+        let [dt, accepted, rejected] = values else {
+            return false;
+        };
         self.dt = *dt;
         self.accepted_run = *accepted as usize;
         self.rejected_run = *rejected as usize;
@@ -70,7 +77,11 @@ pub struct RestDetector {
 impl RestDetector {
     /// Nothing seen yet.
     pub fn new(settings: StopSettings) -> Self {
-        Self { settings, since: None, last: f64::INFINITY }
+        Self {
+            settings,
+            since: None,
+            last: f64::INFINITY,
+        }
     }
 
     /// Looks at an accepted step that ended at `time`; `free` lists the

@@ -84,7 +84,10 @@ pub enum StepError {
         residual: f64,
     },
     /// A value is NaN or infinite.
-    #[error("{what} of point {point} at ({x:.4}, {y:.4}, {z:.4}) m is not finite{}", from_term(term))]
+    #[error(
+        "{what} of point {point} at ({x:.4}, {y:.4}, {z:.4}) m is not finite{}",
+        from_term(term)
+    )]
     NotFinite {
         /// Which quantity.
         what: &'static str,
@@ -114,7 +117,9 @@ pub enum StepError {
 }
 
 fn from_term(term: &Option<String>) -> String {
-    term.as_ref().map(|t| format!(", from term `{t}`")).unwrap_or_default()
+    term.as_ref()
+        .map(|t| format!(", from term `{t}`"))
+        .unwrap_or_default()
 }
 
 /// Why a simulation ended before its time.

@@ -75,8 +75,15 @@ impl BackwardEuler {
         let mut residual = f64::NAN;
         for iteration in 0..self.settings.iterations {
             report.newton_iterations += 1;
-            let end =
-                self.iterate(plan, state, request, iteration, &mut residual, &mut report, ledger)?;
+            let end = self.iterate(
+                plan,
+                state,
+                request,
+                iteration,
+                &mut residual,
+                &mut report,
+                ledger,
+            )?;
             if residual < self.settings.tolerance || matches!(end, Iteration::RoundOff) {
                 report.residual = residual;
                 return Ok(report);
@@ -111,8 +118,7 @@ impl BackwardEuler {
             report.linear_iterations += solve.iterations;
             let negative = solve.status == SolveStatus::NegativeCurvature;
             report.negative_curvature += usize::from(negative);
-            let may_project =
-                policy == CurvaturePolicy::Auto && curvature == Curvature::Exact;
+            let may_project = policy == CurvaturePolicy::Auto && curvature == Curvature::Exact;
             if negative && may_project {
                 curvature = Curvature::Projected;
                 report.projected += 1;
@@ -128,7 +134,10 @@ impl BackwardEuler {
                 return Ok(Iteration::RoundOff);
             }
             if !may_project {
-                return Err(StepError::LineSearch { iteration, residual: *residual });
+                return Err(StepError::LineSearch {
+                    iteration,
+                    residual: *residual,
+                });
             }
             curvature = Curvature::Projected;
             report.projected += 1;
@@ -152,7 +161,8 @@ impl BackwardEuler {
             dt: request.dt,
         };
         inertial_impulse(plan, state, &self.v, None, request.dt, &mut self.b);
-        self.contacts.add_impulse(&mut plan.contacts, &at, true, &mut self.b, ledger)?;
+        self.contacts
+            .add_impulse(&mut plan.contacts, &at, true, &mut self.b, ledger)?;
         let evaluation = Evaluation {
             terms: &plan.terms,
             at,
@@ -208,14 +218,16 @@ impl BackwardEuler {
                 dt: request.dt,
             };
             inertial_impulse(plan, state, &self.v, along, request.dt, &mut self.b_try);
-            self.contacts.add_impulse(&mut plan.contacts, &at, false, &mut self.b_try, ledger)?;
+            self.contacts
+                .add_impulse(&mut plan.contacts, &at, false, &mut self.b_try, ledger)?;
             let evaluation = Evaluation {
                 terms: &plan.terms,
                 at,
                 stiffness: request.stiffness,
                 masses: &plan.inertia.masses,
             };
-            plan.system.add_impulse(&evaluation, &mut self.b_try, &mut self.energies, ledger);
+            plan.system
+                .add_impulse(&evaluation, &mut self.b_try, &mut self.energies, ledger);
             project(&plan.pins, &mut self.b_try);
             let tried = residual_norm(self.settings.norm, &self.b_try, &plan.inertia.masses);
             if tried.is_finite() && tried < residual {
@@ -265,7 +277,13 @@ impl BackwardEuler {
     }
 
     fn resize(&mut self, dim: usize, terms: usize) {
-        for array in [&mut self.q, &mut self.v, &mut self.dv, &mut self.b, &mut self.b_try] {
+        for array in [
+            &mut self.q,
+            &mut self.v,
+            &mut self.dv,
+            &mut self.b,
+            &mut self.b_try,
+        ] {
             array.resize(dim, 0.0);
         }
         self.energies.resize(terms, 0.0);
@@ -304,7 +322,8 @@ impl Integrator for BackwardEuler {
         }
         extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
         let start = step_start(state, &self.q, request.dt);
-        self.contacts.begin_step(&mut plan.contacts, &start, ledger)?;
+        self.contacts
+            .begin_step(&mut plan.contacts, &start, ledger)?;
 
         let report = loop {
             let report = self.newton(plan, state, request, ledger)?;
@@ -341,10 +360,16 @@ impl Integrator for BackwardEuler {
         let names = plan.terms.iter().map(|t| t.batch.name().to_owned());
         let energies = names.zip(&self.energies);
         Ok(StepReport {
-            energies: energies.map(|(name, &value)| TermEnergy { name, value }).collect(),
+            energies: energies
+                .map(|(name, &value)| TermEnergy { name, value })
+                .collect(),
             contacts: plan.contacts.iter().map(|c| c.active()).sum(),
             candidates: plan.contacts.iter().map(|c| c.candidates()).sum(),
-            max_penetration: plan.contacts.iter().map(|c| c.max_penetration()).fold(0.0, f64::max),
+            max_penetration: plan
+                .contacts
+                .iter()
+                .map(|c| c.max_penetration())
+                .fold(0.0, f64::max),
             ..report
         })
     }
@@ -355,7 +380,12 @@ impl Integrator for BackwardEuler {
 }
 
 fn step_start<'a>(state: &'a State, q_predicted: &'a [f64], dt: f64) -> StepStart<'a> {
-    StepStart { q_start: &state.q, q_predicted, dt, time: state.time }
+    StepStart {
+        q_start: &state.q,
+        q_predicted,
+        dt,
+        time: state.time,
+    }
 }
 
 /// Gives constrained directions the velocity that brings them to their target.
@@ -446,5 +476,12 @@ fn not_finite_at(
     term: Option<String>,
 ) -> StepError {
     let at = |i: usize| state.q.get(3 * point + i).copied().unwrap_or(f64::NAN);
-    StepError::NotFinite { what, point, x: at(0), y: at(1), z: at(2), term }
+    StepError::NotFinite {
+        what,
+        point,
+        x: at(0),
+        y: at(1),
+        z: at(2),
+        term,
+    }
 }

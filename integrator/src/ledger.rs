@@ -33,14 +33,20 @@ impl Ledger {
                 entry.time += time;
                 entry.calls += 1;
             }
-            None => self.entries.push(LedgerEntry { name: name.into(), time, calls: 1 }),
+            None => self.entries.push(LedgerEntry {
+                name: name.into(),
+                time,
+                calls: 1,
+            }),
         }
     }
 
     /// Books time of one term within a stage, as "stage: term".
     pub fn time_term(&mut self, stage: &str, term: &str, time: Duration) {
         let matches = |name: &str| {
-            name.strip_prefix(stage).and_then(|rest| rest.strip_prefix(": ")) == Some(term)
+            name.strip_prefix(stage)
+                .and_then(|rest| rest.strip_prefix(": "))
+                == Some(term)
         };
         match self.entries.iter_mut().find(|e| matches(&e.name)) {
             Some(entry) => {
@@ -58,7 +64,10 @@ impl Ledger {
 
     /// Seconds of one row, zero where there is none.
     pub fn seconds(&self, name: &str) -> f64 {
-        self.entries.iter().find(|e| e.name == name).map_or(0.0, |e| e.time.as_secs_f64())
+        self.entries
+            .iter()
+            .find(|e| e.name == name)
+            .map_or(0.0, |e| e.time.as_secs_f64())
     }
 
     /// Adds the rows of another ledger.

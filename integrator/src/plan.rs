@@ -42,12 +42,18 @@ pub struct Term {
 impl Term {
     /// A term of the fabric, which initial relaxation softens.
     pub fn fabric(batch: Box<dyn EnergyBatch>) -> Self {
-        Self { batch, relaxed: true }
+        Self {
+            batch,
+            relaxed: true,
+        }
     }
 
     /// A term that keeps its stiffness.
     pub fn fixed(batch: Box<dyn EnergyBatch>) -> Self {
-        Self { batch, relaxed: false }
+        Self {
+            batch,
+            relaxed: false,
+        }
     }
 }
 
@@ -117,7 +123,10 @@ impl ScenePlan {
 
     /// Heap memory of terms, contacts, masses and the system [bytes].
     pub fn heap_bytes(&self) -> usize {
-        self.terms.iter().map(|t| t.batch.heap_bytes()).sum::<usize>()
+        self.terms
+            .iter()
+            .map(|t| t.batch.heap_bytes())
+            .sum::<usize>()
             + self.contacts.iter().map(|c| c.heap_bytes()).sum::<usize>()
             + size_of_val(self.inertia.masses.as_slice())
             + self.system.heap_bytes()
@@ -128,7 +137,11 @@ fn check_nodes(batch: &dyn EnergyBatch, layout: DofLayout) -> Result<(), PlanErr
     let dims = batch.node_dims();
     for e in 0..batch.len() {
         for (&node, &dim) in batch.nodes(e).iter().zip(dims) {
-            let count = if dim == 3 { layout.points } else { layout.scalars };
+            let count = if dim == 3 {
+                layout.points
+            } else {
+                layout.scalars
+            };
             if node as usize >= count {
                 return Err(PlanError::Node {
                     term: batch.name().into(),

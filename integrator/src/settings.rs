@@ -92,13 +92,21 @@ pub struct RelaxationSettings {
 
 impl Default for RelaxationSettings {
     fn default() -> Self {
-        Self { duration: 0.1, step_fraction: 1.0 / 16.0, stiffness_start: 1e-2 }
+        Self {
+            duration: 0.1,
+            step_fraction: 1.0 / 16.0,
+            stiffness_start: 1e-2,
+        }
     }
 }
 
 impl RelaxationSettings {
     /// No window at all.
-    pub const OFF: Self = Self { duration: 0.0, step_fraction: 1.0, stiffness_start: 1.0 };
+    pub const OFF: Self = Self {
+        duration: 0.0,
+        step_fraction: 1.0,
+        stiffness_start: 1.0,
+    };
 
     /// Fabric stiffness at time `t` [s], relative to its own [1].
     pub fn stiffness(&self, t: f64) -> f64 {
@@ -124,7 +132,12 @@ pub struct StopSettings {
 
 impl Default for StopSettings {
     fn default() -> Self {
-        Self { early: true, percentile: 99.0, kinetic_energy: 1e-8, window: 0.1 }
+        Self {
+            early: true,
+            percentile: 99.0,
+            kinetic_energy: 1e-8,
+            window: 0.1,
+        }
     }
 }
 
@@ -189,26 +202,42 @@ fn positive(name: &'static str, value: f64) -> Result<(), PlanError> {
     if value > 0.0 && value.is_finite() {
         return Ok(());
     }
-    Err(PlanError::Setting { name, value, allowed: "positive and finite" })
+    Err(PlanError::Setting {
+        name,
+        value,
+        allowed: "positive and finite",
+    })
 }
 
 fn non_negative(name: &'static str, value: f64) -> Result<(), PlanError> {
     if value >= 0.0 && value.is_finite() {
         return Ok(());
     }
-    Err(PlanError::Setting { name, value, allowed: "zero or positive, and finite" })
+    Err(PlanError::Setting {
+        name,
+        value,
+        allowed: "zero or positive, and finite",
+    })
 }
 
 fn fraction(name: &'static str, value: f64) -> Result<(), PlanError> {
     if value > 0.0 && value < 1.0 {
         return Ok(());
     }
-    Err(PlanError::Setting { name, value, allowed: "between 0 and 1, both excluded" })
+    Err(PlanError::Setting {
+        name,
+        value,
+        allowed: "between 0 and 1, both excluded",
+    })
 }
 
 fn at_least_one(name: &'static str, value: usize) -> Result<(), PlanError> {
     if value >= 1 {
         return Ok(());
     }
-    Err(PlanError::Setting { name, value: value as f64, allowed: "at least 1" })
+    Err(PlanError::Setting {
+        name,
+        value: value as f64,
+        allowed: "at least 1",
+    })
 }

@@ -92,12 +92,25 @@ impl Simulation {
         }
         if let Some((point, what)) = state.first_not_finite() {
             let at = |i: usize| state.q[3 * point + i];
-            let source =
-                StepError::NotFinite { what, point, x: at(0), y: at(1), z: at(2), term: None };
-            return Err(SimulationError::Step { time: state.time, source });
+            let source = StepError::NotFinite {
+                what,
+                point,
+                x: at(0),
+                y: at(1),
+                z: at(2),
+                term: None,
+            };
+            return Err(SimulationError::Step {
+                time: state.time,
+                source,
+            });
         }
         let relaxed = settings.relaxation.duration > state.time;
-        let fraction = if relaxed { settings.relaxation.step_fraction } else { 1.0 };
+        let fraction = if relaxed {
+            settings.relaxation.step_fraction
+        } else {
+            1.0
+        };
         let mut prescribed = vec![false; plan.layout.points];
         for &p in plan.pins.iter().flat_map(|p| &p.points) {
             prescribed[p as usize] = true;
@@ -135,9 +148,16 @@ impl Simulation {
         let dt = self.control.dt().min(left);
         let relaxation = self.settings.relaxation;
         let in_window = self.state.time < relaxation.duration;
-        let stiffness = if in_window { relaxation.stiffness(self.state.time) } else { 1.0 };
+        let stiffness = if in_window {
+            relaxation.stiffness(self.state.time)
+        } else {
+            1.0
+        };
         let request = StepRequest { dt, stiffness };
-        match self.integrator.step(&mut self.plan, &mut self.state, request, &mut self.ledger) {
+        match self
+            .integrator
+            .step(&mut self.plan, &mut self.state, request, &mut self.ledger)
+        {
             Ok(report) => {
                 self.accept(&report, in_window);
                 Ok(Outcome::Accepted { dt, report })
@@ -173,7 +193,10 @@ impl Simulation {
         }
         self.kinetic.clear();
         let (v, _) = self.state.v.as_chunks::<3>();
-        let all = v.iter().zip(&self.plan.inertia.masses).zip(&self.prescribed);
+        let all = v
+            .iter()
+            .zip(&self.plan.inertia.masses)
+            .zip(&self.prescribed);
         self.kinetic.extend(
             all.filter(|(_, fixed)| !**fixed)
                 .map(|((v, m), _)| 0.5 * m * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])),
@@ -282,9 +305,11 @@ impl Simulation {
     /// length; the simulation must not be used after that.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SimulationError> {
         let section = |name: &str| {
-            snapshot.section(name).ok_or_else(|| SimulationError::Snapshot {
-                what: format!("it has no section `{name}`"),
-            })
+            snapshot
+                .section(name)
+                .ok_or_else(|| SimulationError::Snapshot {
+                    what: format!("it has no section `{name}`"),
+                })
         };
         let length = |name: &str, found: usize, expected: usize| {
             if found == expected {
@@ -307,9 +332,11 @@ impl Simulation {
         }
         for (i, contact) in self.plan.contacts.iter_mut().enumerate() {
             let name = format!("contact {i}");
-            contact.restore_history(section(&name)?).map_err(|e| SimulationError::Snapshot {
-                what: format!("section `{name}`: {e}"),
-            })?;
+            contact
+                .restore_history(section(&name)?)
+                .map_err(|e| SimulationError::Snapshot {
+                    what: format!("section `{name}`: {e}"),
+                })?;
         }
         let time = section("time")?;
         length("time", time.len(), 2)?;
@@ -331,10 +358,14 @@ impl Simulation {
             projected: count(5),
         };
         if !self.control.restore(section("control")?) {
-            return Err(SimulationError::Snapshot { what: "section `control` is broken".into() });
+            return Err(SimulationError::Snapshot {
+                what: "section `control` is broken".into(),
+            });
         }
         if !self.rest.restore(section("rest")?) {
-            return Err(SimulationError::Snapshot { what: "section `rest` is broken".into() });
+            return Err(SimulationError::Snapshot {
+                what: "section `rest` is broken".into(),
+            });
         }
         Ok(())
     }

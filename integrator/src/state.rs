@@ -27,7 +27,11 @@ impl State {
     /// Kinetic energy `½ Σ m |v|²` [J].
     pub fn kinetic_energy(&self, masses: &[f64]) -> f64 {
         let (v, _) = self.v.as_chunks::<3>();
-        masses.iter().zip(v).map(|(m, v)| 0.5 * m * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2])).sum()
+        masses
+            .iter()
+            .zip(v)
+            .map(|(m, v)| 0.5 * m * (v[0] * v[0] + v[1] * v[1] + v[2] * v[2]))
+            .sum()
     }
 
     /// First point with an unknown or a rate that is NaN or infinite.
@@ -49,6 +53,9 @@ pub struct Snapshot {
 impl Snapshot {
     /// Values of a section.
     pub fn section(&self, name: &str) -> Option<&[f64]> {
-        self.sections.iter().find(|(n, _)| n == name).map(|(_, v)| v.as_slice())
+        self.sections
+            .iter()
+            .find(|(n, _)| n == name)
+            .map(|(_, v)| v.as_slice())
     }
 }

@@ -59,7 +59,10 @@ pub(crate) fn assemble(
         let Built { mut simulation, .. } = built.simulation(state.clone(), &stage)?;
         let cut = loop {
             if interrupt.load(Ordering::Relaxed) {
-                break Some((Status::Stopped, format!("interrupted while sewing ({name})")));
+                break Some((
+                    Status::Stopped,
+                    format!("interrupted while sewing ({name})"),
+                ));
             }
             match simulation.advance() {
                 Ok(Outcome::Accepted { dt, report }) => {
@@ -83,7 +86,12 @@ pub(crate) fn assemble(
             },
         ));
         if let Some((status, reason)) = cut {
-            return Ok(Assembled::Cut { state, summaries, status, reason });
+            return Ok(Assembled::Cut {
+                state,
+                summaries,
+                status,
+                reason,
+            });
         }
     }
     state.time = 0.0;
@@ -113,7 +121,10 @@ fn wrap(built: &BuiltScene, state: &mut State) -> StageSummary {
         };
         let field = |p: [f64; 3]| {
             let (distance, n) = nearest(out(p));
-            (distance, std::array::from_fn(|i| (0..3).map(|j| r[j][i] * n[j]).sum()))
+            (
+                distance,
+                std::array::from_fn(|i| (0..3).map(|j| r[j][i] * n[j]).sum()),
+            )
         };
         let wrapping = AssembleSettings {
             clearance: settings.clearance,
@@ -140,11 +151,21 @@ fn stages(built: &BuiltScene) -> [(&'static str, &'static str, StageOptions); 2]
         gravity: [0.0; 3],
         settings: Settings {
             duration,
-            relaxation: RelaxationSettings { duration, step_fraction: 0.25, stiffness_start },
-            stop: StopSettings { early: false, ..drape.settings.stop },
+            relaxation: RelaxationSettings {
+                duration,
+                step_fraction: 0.25,
+                stiffness_start,
+            },
+            stop: StopSettings {
+                early: false,
+                ..drape.settings.stop
+            },
             ..drape.settings
         },
-        newton: NewtonSettings { curvature: CurvaturePolicy::Projected, ..drape.newton },
+        newton: NewtonSettings {
+            curvature: CurvaturePolicy::Projected,
+            ..drape.newton
+        },
         drag: None,
         hold_labels: false,
     };

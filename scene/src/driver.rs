@@ -1,7 +1,6 @@
 //! Runs a scene from its start, or from a checkpoint, to its results.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -148,7 +147,10 @@ pub fn run(
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .build()
-        .map_err(|e| RunError::Threads { threads, reason: e.to_string() })?;
+        .map_err(|e| RunError::Threads {
+            threads,
+            reason: e.to_string(),
+        })?;
     pool.install(|| run_here(built, options, progress, interrupt, threads))
 }
 
@@ -188,9 +190,10 @@ fn run_here(
                 Recorder::resume(path, &header, RecorderOptions::default())?;
             (Some(recorder), Some(checkpoint))
         }
-        Some(path) => {
-            (Some(Recorder::create(path, &header, RecorderOptions::default())?), None)
-        }
+        Some(path) => (
+            Some(Recorder::create(path, &header, RecorderOptions::default())?),
+            None,
+        ),
     };
 
     let clock = (Instant::now(), process::user_seconds());
@@ -199,11 +202,19 @@ fn run_here(
     let mut early: Option<Drape> = None;
     if checkpoint.is_none() && built.geometry.sewn {
         match assembly::assemble(built, state, progress, interrupt)? {
-            assembly::Assembled::Done { state: assembled, summaries } => {
+            assembly::Assembled::Done {
+                state: assembled,
+                summaries,
+            } => {
                 state = assembled;
                 stages = summaries;
             }
-            assembly::Assembled::Cut { state: last, summaries, status, reason } => {
+            assembly::Assembled::Cut {
+                state: last,
+                summaries,
+                status,
+                reason,
+            } => {
                 state = last;
                 stages = summaries;
                 early = Some(Drape { status, reason });
@@ -212,17 +223,28 @@ fn run_here(
     }
     // What held labels are attached to depends on where the drape starts.
     let start = state.q.clone();
-    if let Some(section) = checkpoint.as_ref().and_then(|c| c.section(START)) {
-        if section.len() == state.q.len() {
-            state.q.copy_from_slice(section);
-        }
+    if let Some(section) = checkpoint.as_ref().and_then(|c| c.section(START))
+        && section.len() == state.q.len()
+    {
+        state.q.copy_from_slice(section);
     }
-    let start = if checkpoint.is_some() { state.q.clone() } else { start };
-    let Built { mut simulation, attachments, mut effects } =
-        built.simulation(state, &built.drape_stage())?;
+    let start = if checkpoint.is_some() {
+        state.q.clone()
+    } else {
+        start
+    };
+    let Built {
+        mut simulation,
+        attachments,
+        mut effects,
+    } = built.simulation(state, &built.drape_stage())?;
     if let Some(checkpoint) = checkpoint {
-        let snapshot = Snapshot { sections: checkpoint.sections };
-        simulation.restore(&snapshot).map_err(RunError::Checkpoint)?;
+        let snapshot = Snapshot {
+            sections: checkpoint.sections,
+        };
+        simulation
+            .restore(&snapshot)
+            .map_err(RunError::Checkpoint)?;
         progress.note(&format!("resumed at t = {:.4} s", simulation.state().time));
     }
 
@@ -316,7 +338,10 @@ fn drape(
     loop {
         if interrupt.load(Ordering::Relaxed) {
             let reason = format!("interrupted at t = {:.4} s", simulation.state().time);
-            return Ok(Drape { status: Status::Stopped, reason });
+            return Ok(Drape {
+                status: Status::Stopped,
+                reason,
+            });
         }
         let time = simulation.state().time;
         for attachment in attachments.iter().filter(|a| a.moves()) {
@@ -324,16 +349,27 @@ fn drape(
         }
         let outcome = match simulation.advance() {
             Ok(outcome) => outcome,
-            Err(e) => return Ok(Drape { status: Status::Failed, reason: chain(&e) }),
+            Err(e) => {
+                return Ok(Drape {
+                    status: Status::Failed,
+                    reason: chain(&e),
+                });
+            }
         };
         match outcome {
             Outcome::Ended(EndReason::AtRest) => {
                 let reason = format!("at rest since {:.3} s", simulation.settings().stop.window);
-                return Ok(Drape { status: Status::Converged, reason });
+                return Ok(Drape {
+                    status: Status::Converged,
+                    reason,
+                });
             }
             Outcome::Ended(EndReason::Duration) => {
                 let reason = "the simulated time is over".to_owned();
-                return Ok(Drape { status: Status::Finished, reason });
+                return Ok(Drape {
+                    status: Status::Finished,
+                    reason,
+                });
             }
             Outcome::Accepted { dt, report } => {
                 progress.tick(&tick("drape", simulation, dt, &report));
@@ -415,7 +451,11 @@ fn diagnostics(
         linear_iterations: report.linear_iterations as u32,
         line_search_halvings: report.halvings as u32,
         residual: report.residual,
-        energies: report.energies.iter().map(|e| (e.name.clone(), e.value)).collect(),
+        energies: report
+            .energies
+            .iter()
+            .map(|e| (e.name.clone(), e.value))
+            .collect(),
         kinetic: state.kinetic_energy(&simulation.plan().inertia.masses),
         contacts: report.contacts,
         candidates: report.candidates,
@@ -437,8 +477,16 @@ impl Frames {
         let interval = 1.0 / scene.output.frame_rate;
         let time = simulation.state().time;
         // A resumed run goes on with the frame after those already recorded.
-        let next = if time > 0.0 { ((time / interval).floor() + 1.0) * interval } else { 0.0 };
-        Self { interval, next, recorded: None }
+        let next = if time > 0.0 {
+            ((time / interval).floor() + 1.0) * interval
+        } else {
+            0.0
+        };
+        Self {
+            interval,
+            next,
+            recorded: None,
+        }
     }
 
     fn due(
@@ -478,7 +526,12 @@ impl Frames {
         let step = simulation.counters().steps;
         self.recorded = Some(step);
         let g = &built.geometry;
-        recorder.frame(state.time, step, &g.flat_to_scene(&state.q), &g.flat_to_scene(&state.v))
+        recorder.frame(
+            state.time,
+            step,
+            &g.flat_to_scene(&state.q),
+            &g.flat_to_scene(&state.v),
+        )
     }
 }
 
@@ -545,16 +598,17 @@ mod effects {
     /// Books the ledger's seconds to the effects that caused them.
     pub fn fill_seconds(rows: &mut [EffectRow], simulation: &Simulation) {
         for entry in simulation.ledger().entries() {
-            let Some((_, part)) = entry.name.split_once(": ") else { continue };
-            let name = if part == "body-contact" { "body contact" } else { part };
+            let Some((_, part)) = entry.name.split_once(": ") else {
+                continue;
+            };
+            let name = if part == "body-contact" {
+                "body contact"
+            } else {
+                part
+            };
             if let Some(row) = rows.iter_mut().find(|r| r.on && r.name == name) {
                 row.seconds += entry.time.as_secs_f64();
             }
         }
     }
-}
-
-/// Shared by everything that runs scenes: an interrupt that nobody raises.
-pub fn never() -> Arc<AtomicBool> {
-    Arc::new(AtomicBool::new(false))
 }

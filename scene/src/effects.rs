@@ -1,3 +1,5 @@
+//! The effect plan: on or off, why, and at what cost.
+
 use serde::Serialize;
 
 /// One row of the effect plan: an effect is on because the scene calls for it,
@@ -26,7 +28,14 @@ impl EffectRow {
         stencils: usize,
         bytes: usize,
     ) -> Self {
-        Self { name: name.into(), on: true, reason: reason.into(), stencils, bytes, seconds: 0.0 }
+        Self {
+            name: name.into(),
+            on: true,
+            reason: reason.into(),
+            stencils,
+            bytes,
+            seconds: 0.0,
+        }
     }
 
     /// An effect that is absent.

@@ -44,7 +44,10 @@ impl Motion {
         // Rotation vectors of neighbouring keys are close or parallel, see
         // `dense_keys`; between them they are interpolated as vectors.
         let mix = |a: [f64; 3], b: [f64; 3]| std::array::from_fn(|i| a[i] + s * (b[i] - a[i]));
-        (mix(a.translation, b.translation), mix(a.rotation, b.rotation))
+        (
+            mix(a.translation, b.translation),
+            mix(a.rotation, b.rotation),
+        )
     }
 }
 
@@ -78,11 +81,18 @@ mod tests {
             rotation: [0.0, 0.0, angle],
         };
         let quarter = std::f64::consts::FRAC_PI_2;
-        let motion = Motion::new(vec![key(0.0, 0.0), key(1.0, quarter)], [1.0, 0.0, 0.0], false);
+        let motion = Motion::new(
+            vec![key(0.0, 0.0), key(1.0, quarter)],
+            [1.0, 0.0, 0.0],
+            false,
+        );
         let close = |a: [f64; 3], b: [f64; 3]| (0..3).all(|i| (a[i] - b[i]).abs() < 1e-12);
         assert!(close(motion.place([2.0, 0.0, 0.0], -1.0), [2.0, 0.0, 0.0]));
         let half = std::f64::consts::FRAC_1_SQRT_2;
-        assert!(close(motion.place([2.0, 0.0, 0.0], 0.5), [1.0 + half, half, 0.5]));
+        assert!(close(
+            motion.place([2.0, 0.0, 0.0], 0.5),
+            [1.0 + half, half, 0.5]
+        ));
         assert!(close(motion.place([2.0, 0.0, 0.0], 9.0), [1.0, 1.0, 1.0]));
     }
 }

@@ -5,17 +5,26 @@ use std::fs;
 
 /// User time of all threads so far [s], to 10 ms.
 pub fn user_seconds() -> f64 {
-    let Ok(stat) = fs::read_to_string("/proc/self/stat") else { return 0.0 };
+    let Ok(stat) = fs::read_to_string("/proc/self/stat") else {
+        return 0.0;
+    };
     // The second field may contain spaces; count from its closing parenthesis.
-    let Some((_, rest)) = stat.rsplit_once(')') else { return 0.0 };
-    let ticks = rest.split_ascii_whitespace().nth(11).and_then(|t| t.parse::<f64>().ok());
+    let Some((_, rest)) = stat.rsplit_once(')') else {
+        return 0.0;
+    };
+    let ticks = rest
+        .split_ascii_whitespace()
+        .nth(11)
+        .and_then(|t| t.parse::<f64>().ok());
     // The kernel reports in units of USER_HZ, 100 on every Linux.
     ticks.map_or(0.0, |t| t / 100.0)
 }
 
 /// Largest resident memory so far [bytes].
 pub fn peak_memory_bytes() -> u64 {
-    let Ok(status) = fs::read_to_string("/proc/self/status") else { return 0 };
+    let Ok(status) = fs::read_to_string("/proc/self/status") else {
+        return 0;
+    };
     status
         .lines()
         .find_map(|line| line.strip_prefix("VmHWM:"))
@@ -36,7 +45,9 @@ mod tests {
         assert!(peak_memory_bytes() > 50_000_000);
         let mut sum = 0u64;
         while user_seconds() < 0.02 {
-            sum = block.iter().fold(sum, |s, b| s.wrapping_mul(31).wrapping_add(u64::from(*b)));
+            sum = block
+                .iter()
+                .fold(sum, |s, b| s.wrapping_mul(31).wrapping_add(u64::from(*b)));
         }
         assert!(std::hint::black_box(sum) > 0);
     }

@@ -56,7 +56,10 @@ pub(crate) fn figures(built: &BuiltScene, q: &[f64], time: f64) -> Figures {
     let crossings = self_intersections(q, g.mesh.triangles(), broad.as_mut());
     let gap = g.spring_seams.iter().map(|&(p, [a, b], w)| {
         let (p, a, b) = (points[p as usize], points[a as usize], points[b as usize]);
-        (0..3).map(|i| (p[i] - (1.0 - w) * a[i] - w * b[i]).powi(2)).sum::<f64>().sqrt()
+        (0..3)
+            .map(|i| (p[i] - (1.0 - w) * a[i] - w * b[i]).powi(2))
+            .sum::<f64>()
+            .sqrt()
     });
     Figures {
         max_penetration: deepest,
@@ -91,7 +94,12 @@ pub(crate) fn maps(built: &BuiltScene, simulation: &mut Simulation) -> Maps {
     }
     let size = |f: &[f64; 3]| f[0].hypot(f[1]).hypot(f[2]);
     let mut force = vec![0.0; points.len()];
-    for ((nodes, weights), f) in response.nodes.iter().zip(&response.weights).zip(&response.force) {
+    for ((nodes, weights), f) in response
+        .nodes
+        .iter()
+        .zip(&response.weights)
+        .zip(&response.force)
+    {
         for (&n, w) in nodes.iter().zip(weights) {
             if *w != 0.0 {
                 force[n as usize] += w.abs() * size(f);
@@ -101,7 +109,14 @@ pub(crate) fn maps(built: &BuiltScene, simulation: &mut Simulation) -> Maps {
     for (&n, f) in response.body_nodes.iter().zip(&response.body_force) {
         force[n as usize] += size(f);
     }
-    let mut distance = vec![f64::INFINITY; if built.bodies.is_empty() { 0 } else { points.len() }];
+    let mut distance = vec![
+        f64::INFINITY;
+        if built.bodies.is_empty() {
+            0
+        } else {
+            points.len()
+        }
+    ];
     let mut samples = Vec::new();
     for body in &built.bodies {
         samples.clear();
@@ -115,8 +130,16 @@ pub(crate) fn maps(built: &BuiltScene, simulation: &mut Simulation) -> Maps {
     for (s, &t) in solver.iter().zip(&g.triangle_order) {
         stretches[t as usize] = *s;
     }
-    let body_distance = if distance.is_empty() { distance } else { g.to_scene(&distance) };
-    Maps { contact_force: g.to_scene(&force), stretches, body_distance }
+    let body_distance = if distance.is_empty() {
+        distance
+    } else {
+        g.to_scene(&distance)
+    };
+    Maps {
+        contact_force: g.to_scene(&force),
+        stretches,
+        body_distance,
+    }
 }
 
 pub(crate) fn summary(i: Inputs<'_>) -> Summary {
@@ -160,7 +183,13 @@ pub(crate) fn summary(i: Inputs<'_>) -> Summary {
         settings: i.built.scene().effective(),
         version: i.version.to_owned(),
         final_state_hash: state_hash(&state.q, &state.v),
-        warnings: i.built.warnings.findings().iter().map(ToString::to_string).collect(),
+        warnings: i
+            .built
+            .warnings
+            .findings()
+            .iter()
+            .map(ToString::to_string)
+            .collect(),
     }
 }
 
@@ -198,12 +227,15 @@ pub(crate) fn write(
 /// # Errors
 /// [`RunError::Write`] with the file's path.
 pub fn write_whole(path: &Path, contents: &[u8]) -> Result<(), RunError> {
-    let failed = |source| RunError::Write { path: path.to_owned(), source };
+    let failed = |source| RunError::Write {
+        path: path.to_owned(),
+        source,
+    };
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".new");
     let temporary = path.with_file_name(name);
-    let written = std::fs::write(&temporary, contents)
-        .and_then(|()| std::fs::rename(&temporary, path));
+    let written =
+        std::fs::write(&temporary, contents).and_then(|()| std::fs::rename(&temporary, path));
     if written.is_err() {
         // Nothing half-written stays behind; the first error is the one to tell.
         let _ = std::fs::remove_file(&temporary);

@@ -1,3 +1,5 @@
+//! The contents of `summary.json`.
+
 use serde::Serialize;
 use std::collections::BTreeMap;
 

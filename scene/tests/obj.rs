@@ -82,12 +82,9 @@ fn measured_body() {
     let (min, max) = checked.mesh.bounds();
     assert!((1.5..2.0).contains(&(max[1] - min[1])));
     assert!(checked.mesh.triangles.len() > 10_000);
-    let in_cm = read(Path::new(path), 100.0, Purpose::Body).unwrap();
-    assert!(
-        in_cm.warnings.to_string().contains("`scale = 0.01`"),
-        "{}",
-        in_cm.warnings
-    );
+    let in_cm = read(Path::new(path), 100.0, Purpose::Body).unwrap_err();
+    assert!(in_cm.has_errors());
+    assert!(in_cm.to_string().contains("`scale = 0.01`"), "{in_cm}");
 }
 
 proptest! {

@@ -70,7 +70,7 @@ fn places_of_mistakes() {
         (
             "[slover]\n",
             "s.toml:3:2: unknown key `slover` (did you mean `solver`? known keys: name, \
-             description, simulation, cloth, body, pin, attachment, button, fabric, mesh, \
+             description, simulation, cloth, body, pin, attachment, fabric, mesh, \
              contact, damping, integrator, relaxation, stop, solver, assembly, assemble, output)",
         ),
         (
@@ -399,8 +399,6 @@ select.points = [0, 1, 2]
 [[attachment]]
 select.edge = "left"
 body = "body"
-[[button]]
-position = [0.1, 0.2]
 "#;
     let parsed = parse(text).unwrap();
     assert!(parsed.warnings.is_empty(), "{}", parsed.warnings);

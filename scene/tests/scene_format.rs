@@ -171,7 +171,7 @@ fn schema_and_reader_agree() {
                 let formal = ["unknown-key", "type", "missing-key", "syntax", "internal"];
                 let bad = formal.iter().any(|c| finding.code.ends_with(c))
                     || finding.message.contains("out of range");
-                // fabrics may need a base, buttons a panel: semantics
+                // fabrics may need a base: semantics
                 let semantic = finding.message.contains("lacks");
                 assert!(!bad || semantic, "{finding}\n{toml}");
             }

@@ -16,10 +16,15 @@ use crate::args::BenchArgs;
 pub fn bench(args: &BenchArgs) -> Result<ExitCode, Failure> {
     let known = ["bandwidth", "step", "features"];
     if let Some(name) = args.names.iter().find(|n| !known.contains(&n.as_str())) {
-        return Err(Failure::Usage(format!("no benchmark `{name}`; there are {}", known.join(", "))));
+        return Err(Failure::Usage(format!(
+            "no benchmark `{name}`; there are {}",
+            known.join(", ")
+        )));
     }
     if args.points < 3 || args.steps == 0 {
-        return Err(Failure::Usage("at least 3 points and 1 step are needed".to_owned()));
+        return Err(Failure::Usage(
+            "at least 3 points and 1 step are needed".to_owned(),
+        ));
     }
     let wanted = |name: &str| args.names.is_empty() || args.names.iter().any(|n| n == name);
     let mut out = serde_json::Map::new();
@@ -69,9 +74,15 @@ enabled = false
 early = false
 "#
     );
-    let set: Vec<(String, String)> =
-        set.iter().map(|(k, v)| ((*k).to_owned(), (*v).to_owned())).collect();
-    Ok(BuiltScene::new(file::parse(&text, Path::new("bench.toml"), &set)?)?)
+    let set: Vec<(String, String)> = set
+        .iter()
+        .map(|(k, v)| ((*k).to_owned(), (*v).to_owned()))
+        .collect();
+    Ok(BuiltScene::new(file::parse(
+        &text,
+        Path::new("bench.toml"),
+        &set,
+    )?)?)
 }
 
 /// Positions and velocities in the scene's order.
@@ -104,7 +115,10 @@ fn in_pool<R: Send>(
 fn advance(simulation: &mut Simulation, steps: usize) -> Result<(), Failure> {
     let target = simulation.counters().steps.saturating_add(steps as u64);
     while simulation.counters().steps < target {
-        match simulation.advance().map_err(|e| Failure::Other(e.to_string()))? {
+        match simulation
+            .advance()
+            .map_err(|e| Failure::Other(e.to_string()))?
+        {
             Outcome::Ended(_) => break,
             Outcome::Accepted { .. } | Outcome::Rejected { .. } => {}
         }
@@ -118,7 +132,9 @@ fn measure(args: &BenchArgs, start: &Start, set: &[(&str, &str)]) -> Result<Valu
     in_pool(&built, || {
         let order = &built.geometry.order;
         let mut state = State::at_rest(&order.to_new(&start.0));
-        state.v.copy_from_slice(order.to_new(&start.1).as_flattened());
+        state
+            .v
+            .copy_from_slice(order.to_new(&start.1).as_flattened());
         let mut simulation = built.simulation(state, &built.drape_stage())?.simulation;
         advance(&mut simulation, 2)?;
         let before = simulation.ledger().clone();
@@ -200,17 +216,22 @@ fn features(args: &BenchArgs, start: &Start) -> Result<Value, Failure> {
 fn bandwidth() -> Value {
     use rayon::prelude::*;
     const LENGTH: usize = 24_000_000;
-    let (mut a, b, c) = (vec![0.0f64; LENGTH], vec![1.0f64; LENGTH], vec![2.0f64; LENGTH]);
+    let (mut a, b, c) = (
+        vec![0.0f64; LENGTH],
+        vec![1.0f64; LENGTH],
+        vec![2.0f64; LENGTH],
+    );
     let mut best = f64::INFINITY;
     for _ in 0..5 {
         let clock = Instant::now();
-        a.par_chunks_mut(1 << 16).zip(b.par_chunks(1 << 16)).zip(c.par_chunks(1 << 16)).for_each(
-            |((a, b), c)| {
+        a.par_chunks_mut(1 << 16)
+            .zip(b.par_chunks(1 << 16))
+            .zip(c.par_chunks(1 << 16))
+            .for_each(|((a, b), c)| {
                 for ((a, b), c) in a.iter_mut().zip(b).zip(c) {
                     *a = b + 3.0 * c;
                 }
-            },
-        );
+            });
         best = best.min(clock.elapsed().as_secs_f64());
     }
     json!({ "triad_gb_per_s": 24.0 * LENGTH as f64 / best / 1e9, "check": a[LENGTH - 1] })

@@ -1,8 +1,9 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use selvedge_record::compare::{CompareOptions, SurfaceOptions, compare_points, compare_recordings,
-    compare_surfaces};
+use selvedge_record::compare::{
+    CompareOptions, SurfaceOptions, compare_points, compare_recordings, compare_surfaces,
+};
 use selvedge_record::export::{self, FrameRange};
 use selvedge_record::{Recording, Surface};
 use selvedge_scene::file::obj::{self, Purpose};
@@ -16,7 +17,11 @@ use crate::{report, report_data};
 fn recording(path: &Path) -> Result<(Recording, PathBuf), Failure> {
     let file = if path.is_dir() {
         let whole = path.join("run.mcap");
-        if whole.exists() { whole } else { path.join("run.mcap.part") }
+        if whole.exists() {
+            whole
+        } else {
+            path.join("run.mcap.part")
+        }
     } else {
         path.to_owned()
     };
@@ -44,8 +49,7 @@ pub fn compare(a: &Path, b: &Path) -> Result<ExitCode, Failure> {
         let comparison = compare_recordings(&a, &b, &CompareOptions::default())?;
         serde_json::to_value(comparison).map_err(|e| Failure::Other(e.to_string()))?
     };
-    let text =
-        serde_json::to_string_pretty(&value).map_err(|e| Failure::Other(e.to_string()))?;
+    let text = serde_json::to_string_pretty(&value).map_err(|e| Failure::Other(e.to_string()))?;
     println!("{text}");
     Ok(ExitCode::SUCCESS)
 }
@@ -70,10 +74,16 @@ impl Shape {
 }
 
 fn shape(path: &Path) -> Result<Shape, Failure> {
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj")) {
+    if path
+        .extension()
+        .is_some_and(|e| e.eq_ignore_ascii_case("obj"))
+    {
         let mesh = obj::read(path, 1.0, Purpose::Cloth)?.mesh;
         let positions = mesh.positions.as_flattened().to_vec();
-        return Ok(Shape { positions, triangles: mesh.triangles });
+        return Ok(Shape {
+            positions,
+            triangles: mesh.triangles,
+        });
     }
     let (recording, _) = recording(path)?;
     let last = recording
@@ -83,7 +93,10 @@ fn shape(path: &Path) -> Result<Shape, Failure> {
         .ok_or_else(|| Failure::Usage(format!("`{}` holds no frame", path.display())))?;
     let mut positions = recording.frame(last)?.positions;
     positions.truncate(3 * recording.header().points);
-    Ok(Shape { positions, triangles: recording.header().triangles.clone() })
+    Ok(Shape {
+        positions,
+        triangles: recording.header().triangles.clone(),
+    })
 }
 
 /// `selvedge export`
@@ -105,7 +118,11 @@ pub fn export(
         Some(path) => path.to_owned(),
         None => file.with_file_name(format!("run.{}", format.extension())),
     };
-    let frames = if last { FrameRange::last(&recording) } else { FrameRange::ALL };
+    let frames = if last {
+        FrameRange::last(&recording)
+    } else {
+        FrameRange::ALL
+    };
     let written = export::export(&recording, format, frames, &output)?;
     match written.as_slice() {
         [one] => println!("{}", one.display()),

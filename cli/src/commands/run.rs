@@ -19,28 +19,35 @@ use crate::{report, report_data};
 pub fn run(args: &RunArgs, json: bool) -> Result<ExitCode, Failure> {
     let parsed = file::read(&args.scene.scene, &args.scene.set)?;
     let text = std::fs::read_to_string(&args.scene.scene).unwrap_or_default();
-    let again = format!("selvedge run {}", args.scene.scene.display());
-    simulate(parsed, text, args.output.clone(), args.resume, json, &again)
+    simulate(parsed, text, args.output.clone(), args.resume, json)
 }
 
 /// `selvedge drape`: makes a scene for the pattern and runs it.
 pub fn drape(args: &DrapeArgs, json: bool) -> Result<ExitCode, Failure> {
     let text = drape_scene(args)?;
-    let name = args.pattern.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let name = args
+        .pattern
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
     let parsed = file::parse(&text, Path::new(&format!("{name}.toml")), &args.set)?;
-    let again = format!("selvedge drape {}", args.pattern.display());
-    simulate(parsed, text, args.output.clone(), args.resume, json, &again)
+    simulate(parsed, text, args.output.clone(), args.resume, json)
 }
 
 /// The scene that `drape` runs; paths are made absolute, so that it can be
 /// kept and run from anywhere.
 fn drape_scene(args: &DrapeArgs) -> Result<String, Failure> {
     let absolute = |path: &Path| {
-        std::path::absolute(path)
-            .map_err(|e| Failure::Usage(format!("`{}`: {e}", path.display())))
+        std::path::absolute(path).map_err(|e| Failure::Usage(format!("`{}`: {e}", path.display())))
     };
     let quoted = |path: PathBuf| toml_string(&path.display().to_string());
-    let name = args.pattern.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let name = args
+        .pattern
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
     let mut text = format!(
         "name = {}\n\n[simulation]\nduration = {:?}\n\n[mesh]\nedge_length = {:?}\n\n",
         toml_string(&name),
@@ -63,9 +70,15 @@ fn drape_scene(args: &DrapeArgs) -> Result<String, Failure> {
     };
     let is_file = Path::new(&args.fabric).extension().is_some();
     text += &if is_file {
-        format!("[fabric.garment]\nfile = {}\n", quoted(absolute(Path::new(&args.fabric))?))
+        format!(
+            "[fabric.garment]\nfile = {}\n",
+            quoted(absolute(Path::new(&args.fabric))?)
+        )
     } else {
-        format!("[fabric.garment]\nlibrary = {}\n", toml_string(&args.fabric))
+        format!(
+            "[fabric.garment]\nlibrary = {}\n",
+            toml_string(&args.fabric)
+        )
     };
     Ok(text)
 }
@@ -81,7 +94,6 @@ fn simulate(
     output: Option<PathBuf>,
     resume: bool,
     json: bool,
-    again: &str,
 ) -> Result<ExitCode, Failure> {
     let directory = output.unwrap_or_else(|| parsed.scene.output.directory.clone());
     let built = BuiltScene::new(parsed)?;
@@ -104,16 +116,19 @@ fn simulate(
     let result = result?;
     if built.scene().output.report {
         let data = report_data::of_run(&built, &result, &options.scene_text);
-        write_whole(&directory.join("report.html"), report::render(&data).as_bytes())?;
+        write_whole(
+            &directory.join("report.html"),
+            report::render(&data).as_bytes(),
+        )?;
     }
-    tell(&built, &result, &directory, json, again);
+    tell(&built, &result, &directory, json);
     Ok(match result.summary.status {
         Status::Failed => ExitCode::from(1),
         _ => ExitCode::SUCCESS,
     })
 }
 
-fn tell(built: &BuiltScene, result: &RunResult, directory: &Path, json: bool, again: &str) {
+fn tell(built: &BuiltScene, result: &RunResult, directory: &Path, json: bool) {
     let s = &result.summary;
     if json {
         let event = serde_json::json!({ "event": "end", "summary": s });
@@ -121,7 +136,12 @@ fn tell(built: &BuiltScene, result: &RunResult, directory: &Path, json: bool, ag
         return;
     }
     let status = serde_json::to_value(s.status).unwrap_or_default();
-    println!("{}: {} ({})", built.scene().name, status.as_str().unwrap_or("?"), s.reason);
+    println!(
+        "{}: {} ({})",
+        built.scene().name,
+        status.as_str().unwrap_or("?"),
+        s.reason
+    );
     println!(
         "  {:.3} s simulated in {:.1} s ({:.1} s of processor time on {} threads), {} steps, \
          {} rejected",
@@ -139,6 +159,25 @@ fn tell(built: &BuiltScene, result: &RunResult, directory: &Path, json: bool, ag
     );
     println!("  results in {}", directory.display());
     if s.status == Status::Stopped {
-        println!("  to go on: {again} -o {} --resume", directory.display());
+        // There is a checkpoint once the drape has begun.
+        println!("  to go on: {}", command_line(s.simulated_s > 0.0));
     }
+}
+
+/// The command that was given, for the shell; `resume` makes it go on from the
+/// checkpoint.
+fn command_line(resume: bool) -> String {
+    let quoted = std::env::args().map(|arg| {
+        let plain = |c: char| c.is_alphanumeric() || "-_=./,:".contains(c);
+        if !arg.is_empty() && arg.chars().all(plain) {
+            arg
+        } else {
+            format!("'{}'", arg.replace('\'', r"'\''"))
+        }
+    });
+    let mut line = quoted.collect::<Vec<_>>().join(" ");
+    if resume && !std::env::args().any(|a| a == "--resume") {
+        line += " --resume";
+    }
+    line
 }

@@ -15,7 +15,10 @@ pub fn check(args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
     assemble(&built)?;
     if json {
         let findings = built.warnings.to_json();
-        println!("{}", serde_json::json!({ "event": "check", "findings": findings }));
+        println!(
+            "{}",
+            serde_json::json!({ "event": "check", "findings": findings })
+        );
         return Ok(ExitCode::SUCCESS);
     }
     print_findings(&built.warnings);
@@ -33,16 +36,33 @@ pub fn check(args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
 /// `selvedge plan`
 pub fn plan(args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
     let built = BuiltScene::new(file::read(&args.scene, &args.set)?)?;
-    let Built { simulation, effects, .. } = assemble(&built)?;
+    let Built {
+        simulation,
+        effects,
+        ..
+    } = assemble(&built)?;
     if json {
-        println!("{}", serde_json::json!({ "event": "plan", "effects": effects }));
+        println!(
+            "{}",
+            serde_json::json!({ "event": "plan", "effects": effects })
+        );
         return Ok(ExitCode::SUCCESS);
     }
-    println!("{}: {}", built.scene().name, simulation.plan().system.name());
-    println!("{:<28} {:<4} {:>10} {:>12}  reason", "effect", "", "stencils", "bytes");
+    println!(
+        "{}: {}",
+        built.scene().name,
+        simulation.plan().system.name()
+    );
+    println!(
+        "{:<28} {:<4} {:>10} {:>12}  reason",
+        "effect", "", "stencils", "bytes"
+    );
     for e in &effects {
         let on = if e.on { "on" } else { "off" };
-        println!("{:<28} {:<4} {:>10} {:>12}  {}", e.name, on, e.stencils, e.bytes, e.reason);
+        println!(
+            "{:<28} {:<4} {:>10} {:>12}  {}",
+            e.name, on, e.stencils, e.bytes, e.reason
+        );
     }
     println!(
         "{} points, {} bytes in all, {:.0} a point",

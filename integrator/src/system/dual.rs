@@ -37,7 +37,11 @@ impl<T: Real> DualSystem<T> {
         let pattern = Arc::new(Pattern::from_groups(points, groups));
         let assembler = Assembler::new(points, terms, Some(&pattern), options)?;
         let matrix = DualMatrix::new(Bsr::zeros(pattern));
-        Ok(Self { assembler, matrix, solver })
+        Ok(Self {
+            assembler,
+            matrix,
+            solver,
+        })
     }
 
     /// The matrix as last assembled.
@@ -62,7 +66,8 @@ where
         energies: &mut [f64],
         ledger: &mut Ledger,
     ) {
-        self.assembler.add_impulse(e.terms, &e.at, e.stiffness, impulse, energies, ledger);
+        self.assembler
+            .add_impulse(e.terms, &e.at, e.stiffness, impulse, energies, ledger);
     }
 
     fn assemble(

@@ -29,7 +29,11 @@ impl<T: Real> ReassembledSystem<T> {
         solver: Box<dyn LinearSolver<T>>,
     ) -> Result<Self, PlanError> {
         let assembler = Assembler::new(points, terms, None, options)?;
-        Ok(Self { assembler, matrix: ReassembledMatrix::new(points), solver })
+        Ok(Self {
+            assembler,
+            matrix: ReassembledMatrix::new(points),
+            solver,
+        })
     }
 }
 
@@ -49,7 +53,8 @@ where
         energies: &mut [f64],
         ledger: &mut Ledger,
     ) {
-        self.assembler.add_impulse(e.terms, &e.at, e.stiffness, impulse, energies, ledger);
+        self.assembler
+            .add_impulse(e.terms, &e.at, e.stiffness, impulse, energies, ledger);
     }
 
     fn assemble(
@@ -61,7 +66,8 @@ where
         energies: &mut [f64],
         ledger: &mut Ledger,
     ) {
-        self.assembler.add_impulse(e.terms, &e.at, e.stiffness, impulse, energies, ledger);
+        self.assembler
+            .add_impulse(e.terms, &e.at, e.stiffness, impulse, energies, ledger);
         let matrix = &mut self.matrix;
         matrix.clear();
         for (i, &m) in e.masses.iter().enumerate() {
@@ -73,19 +79,29 @@ where
             let factor = if term.relaxed { e.stiffness } else { 1.0 };
             let batch = term.batch.as_ref();
             let name = format!("assembly: {}", batch.name());
-            ledger.time(&name, || push_term(batch, e, curvature, dt2 * factor, matrix));
+            ledger.time(&name, || {
+                push_term(batch, e, curvature, dt2 * factor, matrix)
+            });
         }
         ledger.time("assembly: contact", || {
             for (&i, k) in contacts.body_nodes.iter().zip(&contacts.body_curvature) {
                 matrix.push_block(i as usize, i as usize, &scaled(k, dt2));
             }
-            let all = contacts.nodes.iter().zip(&contacts.weights).zip(&contacts.curvature);
+            let all = contacts
+                .nodes
+                .iter()
+                .zip(&contacts.weights)
+                .zip(&contacts.curvature);
             for ((nodes, weights), k) in all {
                 for a in 0..4 {
                     for b in 0..4 {
                         let w = weights[a] * weights[b];
                         if w != 0.0 {
-                            matrix.push_block(nodes[a] as usize, nodes[b] as usize, &scaled(k, dt2 * w));
+                            matrix.push_block(
+                                nodes[a] as usize,
+                                nodes[b] as usize,
+                                &scaled(k, dt2 * w),
+                            );
                         }
                     }
                 }

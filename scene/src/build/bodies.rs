@@ -4,15 +4,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use selvedge_collision::body::{
-    Body, CacheNote, FieldSettings, Interpolation, Keyframe, MeshBody, Named, Placed, Pose, RigidMotion,
-    Shape, SmoothUnion, Union, mannequin, surface_mesh, surface_mesh_in,
+    Body, CacheNote, FieldSettings, Interpolation, Keyframe, MeshBody, Named, Placed, Pose,
+    RigidMotion, Shape, SmoothUnion, SurfaceMesh, Union, mannequin, surface_mesh, surface_mesh_in,
 };
 use selvedge_collision::{Aabb, CollisionError};
 
 use crate::diagnostic::{Diagnostics, Finding};
+use crate::file::Parsed;
 use crate::file::model::{self, BodyShape, dense_keys};
 use crate::file::obj::{self, Purpose};
-use crate::file::Parsed;
 
 /// One obstacle, ready to collide with.
 pub struct BuiltBody {
@@ -21,7 +21,7 @@ pub struct BuiltBody {
     /// Its distance function.
     pub body: Arc<dyn Body>,
     /// Triangles to show, at time zero.
-    pub surface: (Vec<[f64; 3]>, Vec<[u32; 3]>),
+    pub surface: SurfaceMesh,
     /// Whether it moves.
     pub moves: bool,
 }
@@ -60,7 +60,10 @@ fn build_one(
 ) -> Result<BuiltBody, Diagnostics> {
     let path = format!("body.{index}");
     let refuse = |e: CollisionError| -> Diagnostics {
-        parsed.locations.error("scene::body", &path, e.to_string()).into()
+        parsed
+            .locations
+            .error("scene::body", &path, e.to_string())
+            .into()
     };
     let mut surface = None;
     let still: Box<dyn Body> = match &spec.shape {
@@ -84,12 +87,21 @@ fn build_one(
             }
         }
         BodyShape::Mannequin { .. } => Box::new(mannequin().build().map_err(refuse)?),
-        BodyShape::Mesh { file, scale, voxel, center, rotation } => {
+        BodyShape::Mesh {
+            file,
+            scale,
+            voxel,
+            center,
+            rotation,
+        } => {
             let file = parsed.scene.resolve(file);
             let checked = obj::read(&file, *scale, Purpose::Body)?;
             findings.extend(checked.warnings);
             let mesh = checked.mesh;
-            let settings = FieldSettings { voxel: *voxel, ..FieldSettings::default() };
+            let settings = FieldSettings {
+                voxel: *voxel,
+                ..FieldSettings::default()
+            };
             let (body, note) = MeshBody::build_cached(
                 spec.name.as_str(),
                 &mesh.positions,
@@ -105,7 +117,10 @@ fn build_one(
             if !body.report().is_clean() {
                 warn(format!("the mesh needed repair: {}", body.report()));
             }
-            if matches!(note, CacheNote::Replaced { .. } | CacheNote::NotStored { .. }) {
+            if matches!(
+                note,
+                CacheNote::Replaced { .. } | CacheNote::NotStored { .. }
+            ) {
                 warn(format!("distance field {note}"));
             }
             let pose = Pose::new(*center, rotation.vector()).map_err(refuse)?;
@@ -131,7 +146,11 @@ fn build_one(
     } else {
         let keys: Vec<Keyframe> = dense_keys(&spec.motion)
             .iter()
-            .map(|k| Keyframe { time: k.time, translation: k.translation, rotation: k.rotation })
+            .map(|k| Keyframe {
+                time: k.time,
+                translation: k.translation,
+                rotation: k.rotation,
+            })
             .collect();
         let interpolation = match spec.interpolation {
             model::Interpolation::Linear => Interpolation::Linear,
@@ -152,22 +171,44 @@ fn build_one(
 /// Analytic shapes in the terms of the collision crate.
 fn shape(spec: &BodyShape) -> Option<Shape> {
     Some(match spec {
-        BodyShape::Sphere { center, radius } => {
-            Shape::Sphere { center: *center, radius: *radius }
-        }
-        BodyShape::Capsule { from, to, radius, radius_to } => {
-            Shape::Capsule { a: *from, b: *to, radius: [*radius, radius_to.unwrap_or(*radius)] }
-        }
-        BodyShape::Ellipsoid { center, radii, rotation } => {
-            Shape::Ellipsoid { center: *center, axes: *radii, rotation: rotation.vector() }
-        }
-        BodyShape::Box { center, size, rotation, rounding } => Shape::Box {
+        BodyShape::Sphere { center, radius } => Shape::Sphere {
+            center: *center,
+            radius: *radius,
+        },
+        BodyShape::Capsule {
+            from,
+            to,
+            radius,
+            radius_to,
+        } => Shape::Capsule {
+            a: *from,
+            b: *to,
+            radius: [*radius, radius_to.unwrap_or(*radius)],
+        },
+        BodyShape::Ellipsoid {
+            center,
+            radii,
+            rotation,
+        } => Shape::Ellipsoid {
+            center: *center,
+            axes: *radii,
+            rotation: rotation.vector(),
+        },
+        BodyShape::Box {
+            center,
+            size,
+            rotation,
+            rounding,
+        } => Shape::Box {
             center: *center,
             half: size.map(|s| 0.5 * s),
             rounding: *rounding,
             rotation: rotation.vector(),
         },
-        BodyShape::Plane { point, normal } => Shape::Plane { point: *point, normal: *normal },
+        BodyShape::Plane { point, normal } => Shape::Plane {
+            point: *point,
+            normal: *normal,
+        },
         BodyShape::Union { .. } | BodyShape::Mesh { .. } | BodyShape::Mannequin { .. } => {
             return None;
         }
@@ -178,7 +219,7 @@ fn shape(spec: &BodyShape) -> Option<Shape> {
 fn display(
     body: &dyn Body,
     around: &Aabb,
-) -> Result<(Vec<[f64; 3]>, Vec<[u32; 3]>), CollisionError> {
+) -> Result<SurfaceMesh, CollisionError> {
     let bounds = body.bounds(0.0);
     let longest = |b: &Aabb| b.extents().into_iter().fold(0.0, f64::max);
     if bounds.is_finite() && !bounds.is_empty() {
@@ -190,7 +231,11 @@ fn display(
 
 /// Where distance fields are kept between runs.
 fn cache_folder() -> PathBuf {
-    let of = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty()).map(PathBuf::from);
+    let of = |name: &str| {
+        std::env::var_os(name)
+            .filter(|v| !v.is_empty())
+            .map(PathBuf::from)
+    };
     of("SELVEDGE_CACHE")
         .or_else(|| of("XDG_CACHE_HOME").map(|c| c.join("selvedge")))
         .or_else(|| of("HOME").map(|h| h.join(".cache").join("selvedge")))

@@ -29,8 +29,18 @@ pub(super) fn rows(
         });
     };
 
-    add("membrane", term("membrane"), "there is cloth".into(), "no triangles");
-    add("bending", term("bending"), "triangles share edges".into(), "no two triangles share an edge");
+    add(
+        "membrane",
+        term("membrane"),
+        "there is cloth".into(),
+        "no triangles",
+    );
+    add(
+        "bending",
+        term("bending"),
+        "triangles share edges".into(),
+        "no two triangles share an edge",
+    );
     let damped = scene.damping.kind != DampingKind::None;
     let kind = match scene.damping.kind {
         DampingKind::Rate => "strain-rate potential",
@@ -38,8 +48,19 @@ pub(super) fn rows(
         DampingKind::None => "none",
     };
     for (name, of, times) in [
-        ("membrane damping", "membrane", fabrics.iter().map(|f| f.membrane_damping).collect::<Vec<_>>()),
-        ("bending damping", "bending", fabrics.iter().map(|f| f.bending_damping).collect()),
+        (
+            "membrane damping",
+            "membrane",
+            fabrics
+                .iter()
+                .map(|f| f.membrane_damping)
+                .collect::<Vec<_>>(),
+        ),
+        (
+            "bending damping",
+            "bending",
+            fabrics.iter().map(|f| f.bending_damping).collect(),
+        ),
     ] {
         let most = times.into_iter().fold(0.0, f64::max);
         let on = damped && most > 0.0;
@@ -48,29 +69,63 @@ pub(super) fn rows(
             name,
             term(of).filter(|_| on).map(|(stencils, _)| (stencils, 0)),
             format!("{kind}, {most} s"),
-            if damped { "zero in every fabric" } else { "`damping.kind` is \"none\"" },
+            if damped {
+                "zero in every fabric"
+            } else {
+                "`damping.kind` is \"none\""
+            },
         );
     }
-    let drag = stage.drag.unwrap_or(fabrics.iter().map(|f| f.drag).fold(0.0, f64::max));
-    add("drag", term("drag"), format!("{drag} 1/s"), "zero in every fabric");
-    let count = plan.terms.iter().filter(|t| t.batch.name() == "attachment").count();
-    let attached = plan.terms.iter().filter(|t| t.batch.name() == "attachment").fold(
-        (0, 0),
-        |(n, b), t| (n + t.batch.len(), b + t.batch.heap_bytes()),
+    let drag = stage
+        .drag
+        .unwrap_or(fabrics.iter().map(|f| f.drag).fold(0.0, f64::max));
+    add(
+        "drag",
+        term("drag"),
+        format!("{drag} 1/s"),
+        "zero in every fabric",
     );
-    add("seams", term("seam"), "edges sewn with springs".into(), "no seam needs springs");
+    let count = plan
+        .terms
+        .iter()
+        .filter(|t| t.batch.name() == "attachment")
+        .count();
+    let attached = plan
+        .terms
+        .iter()
+        .filter(|t| t.batch.name() == "attachment")
+        .fold((0, 0), |(n, b), t| {
+            (n + t.batch.len(), b + t.batch.heap_bytes())
+        });
+    add(
+        "seams",
+        term("seam"),
+        "edges sewn with springs".into(),
+        "no seam needs springs",
+    );
     add(
         "attachments",
         (count > 0).then_some(attached),
         "points are held by springs".into(),
         "nothing is held by springs",
     );
-    let pinned = plan.pins.as_ref().map(|p| (p.points.len(), 40 * p.points.len()));
-    add("pins", pinned, "points are held exactly".into(), "nothing is pinned");
-    add("trims", None, String::new(), "no buttons");
+    let pinned = plan
+        .pins
+        .as_ref()
+        .map(|p| (p.points.len(), 40 * p.points.len()));
+    add(
+        "pins",
+        pinned,
+        "points are held exactly".into(),
+        "nothing is pinned",
+    );
+    add("trims", None, String::new(), "no trims in a scene");
 
     let contact = |name: &str| {
-        plan.contacts.iter().find(|c| c.name() == name).map(|c| (c.candidates(), c.heap_bytes()))
+        plan.contacts
+            .iter()
+            .find(|c| c.name() == name)
+            .map(|c| (c.candidates(), c.heap_bytes()))
     };
     add(
         "body contact",
@@ -110,17 +165,34 @@ pub(super) fn rows(
         format!("{} s, stiffness from {}", r.duration, r.stiffness_start),
         "`relaxation.enabled` is false",
     );
-    let early = if moves { "something moves" } else { "`stop.early` is false" };
+    let early = if moves {
+        "something moves"
+    } else {
+        "`stop.early` is false"
+    };
     add(
         "early stop",
         settings.stop.early.then_some((0, 0)),
-        format!("{}th percentile below {} J", settings.stop.percentile, settings.stop.kinetic_energy),
+        format!(
+            "{}th percentile below {} J",
+            settings.stop.percentile, settings.stop.kinetic_energy
+        ),
         early,
     );
     add("sliding yarns", None, String::new(), "no yarns");
     add("error estimate", None, String::new(), "not asked for");
     let o = &scene.output;
-    add("recording", o.recording.then_some((0, 0)), format!("{} frames a second", o.frame_rate), "`output.recording` is false");
-    add("report", o.report.then_some((0, 0)), "one HTML file".into(), "`output.report` is false");
+    add(
+        "recording",
+        o.recording.then_some((0, 0)),
+        format!("{} frames a second", o.frame_rate),
+        "`output.recording` is false",
+    );
+    add(
+        "report",
+        o.report.then_some((0, 0)),
+        "one HTML file".into(),
+        "`output.report` is false",
+    );
     rows
 }

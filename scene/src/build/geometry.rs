@@ -56,8 +56,6 @@ pub struct Part {
     pub labels: BTreeMap<String, Vec<u32>>,
     /// Labels attached to the body.
     pub hold: Vec<String>,
-    /// Layer of clothing.
-    pub layer: i64,
     /// The garment, for pieces sewn from a pattern.
     pub garment: Option<Sewn>,
 }
@@ -101,10 +99,21 @@ impl Geometry {
         if findings.has_errors() {
             return Err(findings);
         }
-        warnings.extend(findings);
-        finish(scene, draft).map_err(|message| {
-            parsed.locations.error("scene::cloth", "cloth", message).into()
-        })
+        finish(scene, draft)
+            .map_err(|message| {
+                let mut error = parsed.locations.error("scene::cloth", "cloth", message);
+                if scene.cloth.iter().any(Cloth::is_sewn) {
+                    error = error.help(
+                        "a shorter edge length where panels are narrow; check that no two \
+                         stitches join the same edges",
+                    );
+                }
+                // What was suspicious before may be the reason.
+                let mut all = findings.clone();
+                all.push(error);
+                all
+            })
+            .inspect(|_| warnings.extend(findings.clone()))
     }
 
     /// Values of points brought to the scene's order.
@@ -114,7 +123,9 @@ impl Geometry {
 
     /// Flat coordinates brought to the scene's order.
     pub fn flat_to_scene(&self, solver: &[f64]) -> Vec<f64> {
-        self.order.to_old(solver.as_chunks::<3>().0).into_flattened()
+        self.order
+            .to_old(solver.as_chunks::<3>().0)
+            .into_flattened()
     }
 
     /// A piece by its name.
@@ -140,7 +151,12 @@ fn add_cloth(
     };
     let start = draft.positions.len() as u32;
     let added = match &cloth.shape {
-        ClothShape::Sheet { size, points, lattice, .. } => {
+        ClothShape::Sheet {
+            size,
+            points,
+            lattice,
+            ..
+        } => {
             let edge = cloth.edge_length().unwrap_or(parsed.scene.mesh.edge_length);
             add_sheet(*size, *points, edge, *lattice, fabric, draft)
                 .map(|material| (Some(material), None, Vec::new()))
@@ -150,11 +166,26 @@ fn add_cloth(
             add_mesh(&parsed.scene, file, *scale, fabric, draft, findings)
                 .map(|()| (None, None, Vec::new()))
         }
-        ClothShape::Pattern { file, panel_fabric, hold, .. } => {
+        ClothShape::Pattern {
+            file,
+            panel_fabric,
+            hold,
+            ..
+        } => {
             let edge = cloth.edge_length().unwrap_or(parsed.scene.mesh.edge_length);
             let resolve = |draft: &mut Draft, name: &str| fabric_index(&parsed.scene, name, draft);
-            add_pattern(parsed, index, file, edge, fabric, panel_fabric, resolve, draft, findings)
-                .map(|mesh| (None, Some(mesh), hold.clone()))
+            add_pattern(
+                parsed,
+                index,
+                file,
+                edge,
+                fabric,
+                panel_fabric,
+                resolve,
+                draft,
+                findings,
+            )
+            .map(|mesh| (None, Some(mesh), hold.clone()))
         }
     };
     let (material, mesh, hold) = match added {
@@ -166,11 +197,17 @@ fn add_cloth(
         .map(|(label, points)| (label.clone(), points.iter().map(|p| start + p).collect()))
         .collect();
     let rotation = cloth.rotation.matrix();
-    let garment = mesh.map(|mesh| Sewn { mesh, rotation, center: cloth.center });
+    let garment = mesh.map(|mesh| Sewn {
+        mesh,
+        rotation,
+        center: cloth.center,
+    });
     place(cloth, start, draft);
-    if !matches!(cloth.shape, ClothShape::Pattern { .. }) {
+    if !cloth.is_sewn() {
         draft.panel_names.push(cloth.name.clone());
-        draft.panel.resize(draft.triangles.len(), (draft.panel_names.len() - 1) as u16);
+        draft
+            .panel
+            .resize(draft.triangles.len(), (draft.panel_names.len() - 1) as u16);
     }
     draft.parts.push(Part {
         name: cloth.name.clone(),
@@ -178,7 +215,6 @@ fn add_cloth(
         material,
         labels,
         hold,
-        layer: cloth.layer,
         garment,
     });
 }
@@ -224,7 +260,9 @@ fn add_sheet(
     // Centred, in the x-z plane; weft along −z makes the normal point up.
     let flat = made.positions(|[u, v]| [u - 0.5 * size[0], 0.0, 0.5 * size[1] - v]);
     draft.positions.extend_from_slice(flat.as_chunks::<3>().0);
-    draft.triangles.extend(made.mesh.triangles().iter().map(|t| t.map(|p| from + p)));
+    draft
+        .triangles
+        .extend(made.mesh.triangles().iter().map(|t| t.map(|p| from + p)));
     draft.material.extend_from_slice(made.mesh.material());
     draft.fabric.resize(draft.triangles.len(), fabric);
     let mut material = vec![[0.0; 2]; made.mesh.points()];
@@ -265,7 +303,11 @@ fn flatten(x: &[[f64; 3]; 3]) -> [[f64; 2]; 3] {
     let sub = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| a[i] - b[i]) };
     let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let cross = |a: [f64; 3], b: [f64; 3]| {
-        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+        [
+            a[1] * b[2] - a[2] * b[1],
+            a[2] * b[0] - a[0] * b[2],
+            a[0] * b[1] - a[1] * b[0],
+        ]
     };
     let unit = |a: [f64; 3]| {
         let l = dot(a, a).sqrt();
@@ -274,7 +316,11 @@ fn flatten(x: &[[f64; 3]; 3]) -> [[f64; 2]; 3] {
     let (e1, e2) = (sub(x[1], x[0]), sub(x[2], x[0]));
     let n = unit(cross(e1, e2));
     let along: [f64; 3] = std::array::from_fn(|i| f64::from(i == 0) - n[0] * n[i]);
-    let u = if dot(along, along) > 1e-6 { unit(along) } else { unit(e1) };
+    let u = if dot(along, along) > 1e-6 {
+        unit(along)
+    } else {
+        unit(e1)
+    };
     let v = cross(n, u);
     [[0.0; 2], [dot(e1, u), dot(e1, v)], [dot(e2, u), dot(e2, v)]]
 }
@@ -306,14 +352,19 @@ fn add_pattern(
     if findings.has_errors() {
         return Err(std::mem::take(findings));
     }
-    let settings = selvedge_garment::MeshSettings { edge_length: edge, ..Default::default() };
+    let settings = selvedge_garment::MeshSettings {
+        edge_length: edge,
+        ..Default::default()
+    };
     let mesh = GarmentMesh::build(&read, &settings).map_err(|e| error(format!("{shown}: {e}")))?;
     findings.extend(pattern_findings(&shown, &mesh.findings));
 
     let from = draft.positions.len() as u32;
     let first_panel = draft.panel_names.len() as u16;
     draft.positions.extend_from_slice(&mesh.points_initial);
-    draft.triangles.extend(mesh.triangles.iter().map(|t| t.map(|p| from + p)));
+    draft
+        .triangles
+        .extend(mesh.triangles.iter().map(|t| t.map(|p| from + p)));
     draft.material.extend_from_slice(&mesh.material);
     let mut fabric_of_panel = Vec::new();
     for panel in &mesh.panels {
@@ -323,18 +374,31 @@ fn add_pattern(
             Some(name) => resolve(draft, name).map_err(error)?,
         });
     }
-    if let Some(name) = panel_fabric.keys().find(|n| !mesh.panels.iter().any(|p| p.name == **n)) {
+    if let Some(name) = panel_fabric
+        .keys()
+        .find(|n| !mesh.panels.iter().any(|p| p.name == **n))
+    {
         let names: Vec<&str> = mesh.panels.iter().map(|p| p.name.as_str()).collect();
         return Err(error(format!(
             "`panel_fabric` names panel `{name}`; the pattern has {}",
             names.join(", ")
         )));
     }
-    draft.panel.extend(mesh.panel_of_triangle.iter().map(|&p| first_panel + p as u16));
-    draft.fabric.extend(mesh.panel_of_triangle.iter().map(|&p| fabric_of_panel[p as usize]));
-    draft.seams.extend(mesh.spring_seams.iter().map(|s| {
-        (from + s.point, s.edge.map(|p| from + p), s.weights[1])
-    }));
+    draft.panel.extend(
+        mesh.panel_of_triangle
+            .iter()
+            .map(|&p| first_panel + p as u16),
+    );
+    draft.fabric.extend(
+        mesh.panel_of_triangle
+            .iter()
+            .map(|&p| fabric_of_panel[p as usize]),
+    );
+    draft.seams.extend(
+        mesh.spring_seams
+            .iter()
+            .map(|s| (from + s.point, s.edge.map(|p| from + p), s.weights[1])),
+    );
     Ok(mesh)
 }
 
@@ -361,7 +425,11 @@ fn place(cloth: &Cloth, start: u32, draft: &mut Draft) {
         *p = std::array::from_fn(|i| {
             let turned = r[i][0] * s[0] + r[i][1] * s[1] + r[i][2] * s[2];
             let moved = cloth.center[i] + turned;
-            if cloth.noise > 0.0 { moved + cloth.noise * noise.normal() } else { moved }
+            if cloth.noise > 0.0 {
+                moved + cloth.noise * noise.normal()
+            } else {
+                moved
+            }
         });
     }
 }
@@ -411,8 +479,14 @@ fn finish(scene: &SceneFile, draft: Draft) -> Result<Geometry, String> {
     let mesh = ShellMesh::new(
         points,
         triangle_order.iter().map(|t| renamed[pick(t)]).collect(),
-        triangle_order.iter().map(|t| draft.material[pick(t)]).collect(),
-        triangle_order.iter().map(|t| draft.fabric[pick(t)]).collect(),
+        triangle_order
+            .iter()
+            .map(|t| draft.material[pick(t)])
+            .collect(),
+        triangle_order
+            .iter()
+            .map(|t| draft.fabric[pick(t)])
+            .collect(),
     )
     .map_err(|e| e.to_string())?;
     if let Some(&p) = mesh.isolated().first() {
@@ -438,7 +512,10 @@ fn finish(scene: &SceneFile, draft: Draft) -> Result<Geometry, String> {
         scene_fabric: draft.fabric,
         scene_panel: draft.panel,
         panel_names: draft.panel_names,
-        sewn: scene.cloth.iter().any(|c| matches!(c.shape, ClothShape::Pattern { .. })),
+        sewn: scene
+            .cloth
+            .iter()
+            .any(Cloth::is_sewn),
         parts: draft.parts,
         order,
     })

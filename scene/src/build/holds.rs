@@ -1,5 +1,6 @@
 //! Pins and attachments of a scene.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use selvedge_integrator::{Pins, Term, Trajectory};
@@ -17,7 +18,10 @@ use crate::motion::Motion;
 fn select(part: &Part, select: &Select, positions: &[[f64; 3]]) -> Result<Vec<u32>, String> {
     let of_sheet = || {
         part.material.as_deref().ok_or_else(|| {
-            format!("cloth `{}` is no sheet and has no corners or edges of this kind", part.name)
+            format!(
+                "cloth `{}` is no sheet and has no corners or edges of this kind",
+                part.name
+            )
         })
     };
     let chosen: Vec<u32> = match select {
@@ -82,7 +86,11 @@ fn select(part: &Part, select: &Select, positions: &[[f64; 3]]) -> Result<Vec<u3
             format!(
                 "no edge is labelled `{label}`; cloth `{}` has {}",
                 part.name,
-                if known.is_empty() { "no labels".into() } else { known.join(", ") }
+                if known.is_empty() {
+                    "no labels".into()
+                } else {
+                    known.join(", ")
+                }
             )
         })?,
         Select::Nearest { to, within } => {
@@ -90,18 +98,26 @@ fn select(part: &Part, select: &Select, positions: &[[f64; 3]]) -> Result<Vec<u3
                 let x = positions[p as usize];
                 (0..3).map(|i| (x[i] - to[i]).powi(2)).sum::<f64>().sqrt()
             };
-            let nearest = part.points.clone().min_by(|a, b| far(*a).total_cmp(&far(*b)));
-            part.points.clone().filter(|&p| Some(p) == nearest || far(p) <= *within).collect()
+            let nearest = part
+                .points
+                .clone()
+                .min_by(|a, b| far(*a).total_cmp(&far(*b)));
+            part.points
+                .clone()
+                .filter(|&p| Some(p) == nearest || far(p) <= *within)
+                .collect()
         }
     };
     if chosen.is_empty() {
-        return Err(format!("no point of cloth `{}` is selected", part.name));
+        return Err(format!("no point of cloth `{}` is selected: compare the places with the cloth's `center` and size", part.name));
     }
     Ok(chosen)
 }
 
 fn extent(material: &[[f64; 2]]) -> [f64; 2] {
-    material.iter().fold([0.0; 2], |m, p| [f64::max(m[0], p[0]), f64::max(m[1], p[1])])
+    material.iter().fold([0.0; 2], |m, p| {
+        [f64::max(m[0], p[0]), f64::max(m[1], p[1])]
+    })
 }
 
 /// Points that follow rigid motions from where they start.
@@ -140,7 +156,11 @@ fn motion(
         std::array::from_fn(|i| points.iter().map(|p| p[i]).sum::<f64>() / n)
     };
     let pivot = pivot.unwrap_or_else(middle);
-    Some(Arc::new(Motion::new(keys, pivot, interpolation == Interpolation::Eased)))
+    Some(Arc::new(Motion::new(
+        keys,
+        pivot,
+        interpolation == Interpolation::Eased,
+    )))
 }
 
 /// Pins of a scene, and whether any moves.
@@ -159,11 +179,18 @@ pub fn pins(parsed: &Parsed, geometry: &Geometry) -> Result<Option<BuiltPins>, D
     let mut findings = Diagnostics::new();
     let mut filter = BlockFilter::new();
     let mut points = Vec::new();
-    let mut followers = Followers { start: Vec::new(), motion: Vec::new() };
+    // Who holds a point, and whether that moves.
+    let mut held: BTreeMap<u32, (usize, bool)> = BTreeMap::new();
+    let mut followers = Followers {
+        start: Vec::new(),
+        motion: Vec::new(),
+    };
     let scene_positions = geometry.to_scene(&geometry.positions);
     for (i, pin) in parsed.scene.pin.iter().enumerate() {
         let path = format!("pin.{i}");
-        let Some(part) = geometry.part(&pin.cloth) else { continue };
+        let Some(part) = geometry.part(&pin.cloth) else {
+            continue;
+        };
         let chosen = match select(part, &pin.select, &scene_positions) {
             Ok(chosen) => chosen,
             Err(message) => {
@@ -172,10 +199,26 @@ pub fn pins(parsed: &Parsed, geometry: &Geometry) -> Result<Option<BuiltPins>, D
                 continue;
             }
         };
-        let places: Vec<[f64; 3]> = chosen.iter().map(|p| scene_positions[*p as usize]).collect();
+        let places: Vec<[f64; 3]> = chosen
+            .iter()
+            .map(|p| scene_positions[*p as usize])
+            .collect();
         let motion = motion(&pin.motion, pin.interpolation, pin.pivot, &places);
         for (&p, place) in chosen.iter().zip(places) {
             let point = geometry.order.new_of_old[p as usize];
+            if let Some((other, moves)) = held.insert(point, (i, motion.is_some()))
+                && other != i
+                && (moves || motion.is_some())
+            {
+                let message = format!(
+                    "point {} of cloth `{}` is held by `pin.{other}` too, and one of them moves: \
+                     keep it in one of the selections",
+                    p - part.points.start,
+                    part.name
+                );
+                findings.push(parsed.locations.error("scene::pin", &path, message));
+                break;
+            }
             let added = match pin.kind {
                 PinKind::Fixed {} => filter.fix(point, [0.0; 3]),
                 PinKind::Plane { normal } => filter.constrain(point, normal, 0.0),
@@ -197,7 +240,14 @@ pub fn pins(parsed: &Parsed, geometry: &Geometry) -> Result<Option<BuiltPins>, D
         return Ok(None);
     }
     let moves = followers.moves();
-    Ok(Some(BuiltPins { pins: Pins { filter, points, trajectory: Box::new(followers) }, moves }))
+    Ok(Some(BuiltPins {
+        pins: Pins {
+            filter,
+            points,
+            trajectory: Box::new(followers),
+        },
+        moves,
+    }))
 }
 
 /// Springs of one `[[attachment]]` or of held labels, with their moving ends.
@@ -240,7 +290,9 @@ pub fn attachments(
     let scene_positions = geometry.to_scene(&geometry.positions);
     for (i, spec) in parsed.scene.attachment.iter().enumerate() {
         let path = format!("attachment.{i}");
-        let Some(part) = geometry.part(&spec.cloth) else { continue };
+        let Some(part) = geometry.part(&spec.cloth) else {
+            continue;
+        };
         let chosen = match select(part, &spec.select, &scene_positions) {
             Ok(chosen) => chosen,
             Err(message) => {
@@ -249,9 +301,14 @@ pub fn attachments(
                 continue;
             }
         };
-        let start: Vec<[f64; 3]> = chosen.iter().map(|p| scene_positions[*p as usize]).collect();
-        let points: Vec<u32> =
-            chosen.iter().map(|p| geometry.order.new_of_old[*p as usize]).collect();
+        let start: Vec<[f64; 3]> = chosen
+            .iter()
+            .map(|p| scene_positions[*p as usize])
+            .collect();
+        let points: Vec<u32> = chosen
+            .iter()
+            .map(|p| geometry.order.new_of_old[*p as usize])
+            .collect();
         let body = spec
             .body
             .as_ref()
@@ -287,6 +344,15 @@ pub fn attachment(
     };
     let targets = SharedTargets::new(start.clone());
     let term = attachment_term(points, stiffness, targets.clone()).map_err(|e| e.to_string())?;
-    let follow = Followers { motion: vec![motion; start.len()], start };
-    Ok(BuiltAttachment { term: Some(Term::fixed(term)), targets, follow, body, local })
+    let follow = Followers {
+        motion: vec![motion; start.len()],
+        start,
+    };
+    Ok(BuiltAttachment {
+        term: Some(Term::fixed(term)),
+        targets,
+        follow,
+        body,
+        local,
+    })
 }

@@ -83,7 +83,12 @@ impl BuiltScene {
         let geometry = Geometry::new(&parsed, &mut warnings)?;
         let around = Aabb::of_points(&geometry.positions);
         let bodies = bodies::build(&parsed, &around, &mut warnings)?;
-        Ok(Self { parsed, geometry, bodies, warnings })
+        Ok(Self {
+            parsed,
+            geometry,
+            bodies,
+            warnings,
+        })
     }
 
     /// The scene file's values.
@@ -171,7 +176,10 @@ impl BuiltScene {
         let mut terms = Vec::new();
         let membrane = membrane_term(&g.mesh, &fabrics, damping).map_err(model_error)?;
         terms.push(Term::fabric(membrane));
-        let options = BendingOptions { damping, ..BendingOptions::default() };
+        let options = BendingOptions {
+            damping,
+            ..BendingOptions::default()
+        };
         let bending = bending_term(&g.mesh, &fabrics, &options).map_err(model_error)?;
         if !bending.is_empty() {
             terms.push(Term::fabric(bending));
@@ -198,12 +206,16 @@ impl BuiltScene {
             || self.bodies.iter().any(|b| b.moves);
 
         let collision_error = |e: CollisionError| refuse(e.to_string());
-        let contacts = self.contacts(stage, &masses, pins.as_ref()).map_err(collision_error)?;
-        let system =
-            system::system(scene, &terms, &masses).map_err(|e| refuse(e.to_string()))?;
+        let contacts = self
+            .contacts(stage, &masses, pins.as_ref())
+            .map_err(collision_error)?;
+        let system = system::system(scene, &terms, &masses).map_err(|e| refuse(e.to_string()))?;
         let plan = ScenePlan {
             layout: DofLayout::points(g.mesh.points()),
-            inertia: Inertia { masses, gravity: stage.gravity },
+            inertia: Inertia {
+                masses,
+                gravity: stage.gravity,
+            },
             terms,
             contacts,
             pins: pins.map(|p| p.pins),
@@ -216,7 +228,11 @@ impl BuiltScene {
         let effects = effects::rows(self, stage, &plan, &settings, moves);
         let simulation = Simulation::new(plan, state, Box::new(integrator), settings)
             .map_err(|e| refuse(e.to_string()))?;
-        Ok(Built { simulation, attachments, effects })
+        Ok(Built {
+            simulation,
+            attachments,
+            effects,
+        })
     }
 
     /// Whether cloth may touch itself, and why.
@@ -228,7 +244,9 @@ impl BuiltScene {
             Switch::Auto if self.geometry.parts.len() > 1 => {
                 (true, "there are several pieces of cloth")
             }
-            Switch::Auto if !self.bodies.is_empty() => (true, "cloth on a body can fold onto itself"),
+            Switch::Auto if !self.bodies.is_empty() => {
+                (true, "cloth on a body can fold onto itself")
+            }
             Switch::Auto => (false, "a single piece without a body"),
         }
     }
@@ -243,37 +261,53 @@ impl BuiltScene {
         let friction = |coefficient: f64| match c.friction_model {
             _ if !stage.friction || coefficient <= 0.0 => None,
             FrictionModel::None => None,
-            FrictionModel::Anchored => {
-                Some(Friction::Anchored(FrictionAnchored::new(coefficient)))
-            }
+            FrictionModel::Anchored => Some(Friction::Anchored(FrictionAnchored::new(coefficient))),
             FrictionModel::Lagged => Some(Friction::Lagged(FrictionLagged::new(coefficient))),
         };
         let quadratic = |base: ContactQuadratic, thickness: f64, stiffness: f64| {
             let stiffness = ContactStiffness::PerPair(stiffness);
-            Box::new(ContactQuadratic { thickness, stiffness, ..base })
+            Box::new(ContactQuadratic {
+                thickness,
+                stiffness,
+                ..base
+            })
         };
         let mut contacts: Vec<Box<dyn ContactSource>> = Vec::new();
         if !self.bodies.is_empty() {
             let bodies: Vec<Arc<dyn Body>> = self.bodies.iter().map(|b| b.body.clone()).collect();
             let still: Vec<bool> = self.bodies.iter().map(|b| !b.moves).collect();
-            let most = self.scene().body.iter().map(|b| b.friction).fold(0.0, f64::max);
+            let most = self
+                .scene()
+                .body
+                .iter()
+                .map(|b| b.friction)
+                .fold(0.0, f64::max);
             let mut contact = BodyContact::new(masses.len(), bodies)
-                .with_potential(quadratic(ContactQuadratic::body(), c.body_thickness, c.body_stiffness))
+                .with_potential(quadratic(
+                    ContactQuadratic::body(),
+                    c.body_thickness,
+                    c.body_stiffness,
+                ))
                 .with_still(&still)?;
             if let Some(friction) = friction(most) {
                 contact = contact.with_friction(friction, masses)?;
             }
             if let Some(pins) = pins {
                 let filter = &pins.pins.filter;
-                let free = (0..masses.len() as u32).filter(|p| filter.rank(*p) < 3).collect();
+                let free = (0..masses.len() as u32)
+                    .filter(|p| filter.rank(*p) < 3)
+                    .collect();
                 contact = contact.with_points(free)?;
             }
             contacts.push(Box::new(contact));
         }
         if stage.self_contact && self.self_contact().0 {
             let g = &self.geometry;
-            let links: Vec<[u32; 2]> =
-                g.spring_seams.iter().flat_map(|(p, e, _)| e.map(|e| [*p, e])).collect();
+            let links: Vec<[u32; 2]> = g
+                .spring_seams
+                .iter()
+                .flat_map(|(p, e, _)| e.map(|e| [*p, e]))
+                .collect();
             let mesh = CollisionMesh::new(
                 g.mesh.points(),
                 g.mesh.triangles().to_vec(),
@@ -283,7 +317,11 @@ impl BuiltScene {
             )?;
             let mut contact = SelfContact::new(mesh)
                 .with_backend(system::backend(c.broad_phase))
-                .with_potential(quadratic(ContactQuadratic::cloth(), c.thickness, c.stiffness));
+                .with_potential(quadratic(
+                    ContactQuadratic::cloth(),
+                    c.thickness,
+                    c.stiffness,
+                ));
             if let Some(friction) = friction(c.friction) {
                 contact = contact.with_friction(friction, masses)?;
             }
@@ -302,12 +340,20 @@ impl BuiltScene {
                 let path = format!("cloth.{i}.hold");
                 let Some(points) = part.labels.get(label) else {
                     let known: Vec<&str> = part.labels.keys().map(String::as_str).collect();
-                    let message =
-                        format!("no edge is labelled `{label}`; there are {}", known.join(", "));
-                    return Err(self.parsed.locations.error("scene::hold", &path, message).into());
+                    let message = format!(
+                        "no edge is labelled `{label}`; there are {}",
+                        known.join(", ")
+                    );
+                    return Err(self
+                        .parsed
+                        .locations
+                        .error("scene::hold", &path, message)
+                        .into());
                 };
-                let points: Vec<u32> =
-                    points.iter().map(|p| g.order.new_of_old[*p as usize]).collect();
+                let points: Vec<u32> = points
+                    .iter()
+                    .map(|p| g.order.new_of_old[*p as usize])
+                    .collect();
                 let start = points.iter().map(|p| x[*p as usize]).collect();
                 let body = self.bodies.iter().find(|b| b.moves).map(|b| b.body.clone());
                 let built = holds::attachment(&points, HOLD_STIFFNESS, start, None, body)

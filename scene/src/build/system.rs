@@ -7,7 +7,8 @@ use selvedge_integrator::{
     AssemblyOptions, DualSystem, NewtonSystem, PlanError, ReassembledSystem, Scatter, Term,
 };
 use selvedge_linsolve::{
-    BlockFilter, Filter, LinearSolver, LinsolveError, MpcgSettings, NoFilter, Real, StopNorm, solver_by_name,
+    BlockFilter, Filter, LinearSolver, LinsolveError, MpcgSettings, NoFilter, Real, StopNorm,
+    solver_by_name,
 };
 
 use crate::file::SceneFile;
@@ -24,9 +25,10 @@ pub fn system(
     terms: &[Term],
     masses: &[f64],
 ) -> Result<Box<dyn NewtonSystem>, PlanError> {
-    match scene.solver.precision {
-        Precision::F64 => with_precision::<f64>(scene, terms, masses),
-        Precision::Mixed | Precision::F32 => with_precision::<f32>(scene, terms, masses),
+    match (scene.solver.kind, scene.solver.precision) {
+        // Refinement is in double precision outside, whatever is inside.
+        (SolverKind::Refined, _) | (_, Precision::F64) => with_precision::<f64>(scene, terms, masses),
+        (_, Precision::Mixed) => with_precision::<f32>(scene, terms, masses),
     }
 }
 
@@ -49,9 +51,12 @@ where
     let solver = solver::<T>(scene, masses)?;
     Ok(match scene.solver.matrix {
         MatrixKind::Dual => Box::new(DualSystem::new(masses.len(), terms, options, solver)?),
-        MatrixKind::Reassembled => {
-            Box::new(ReassembledSystem::new(masses.len(), terms, options, solver)?)
-        }
+        MatrixKind::Reassembled => Box::new(ReassembledSystem::new(
+            masses.len(),
+            terms,
+            options,
+            solver,
+        )?),
     })
 }
 

@@ -25,7 +25,7 @@ pub(crate) fn derive(
         .iter()
         .filter_map(|c| c.get("name").cloned())
         .collect();
-    for kind in ["pin", "attachment", "button"] {
+    for kind in ["pin", "attachment"] {
         let Some(Json::Array(list)) = tree.get_mut(kind) else {
             continue;
         };

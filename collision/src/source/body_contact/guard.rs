@@ -13,13 +13,19 @@ const ROUNDING: f64 = 2e-4;
 
 impl Guard {
     /// Nothing is known.
-    pub const UNKNOWN: Self = Self { place: [0.0; 3], distance: f32::NEG_INFINITY };
+    pub const UNKNOWN: Self = Self {
+        place: [0.0; 3],
+        distance: f32::NEG_INFINITY,
+    };
 
     pub fn new(place: Vec3, sample: &SurfaceSample) -> Self {
         if !place.iter().all(|x| x.abs() < 1e3) {
             return Self::UNKNOWN;
         }
-        Self { place: place.map(|x| x as f32), distance: sample.distance as f32 }
+        Self {
+            place: place.map(|x| x as f32),
+            distance: sample.distance as f32,
+        }
     }
 
     /// A lower bound of the distance at `p`, for a field no steeper than

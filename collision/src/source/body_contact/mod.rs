@@ -272,8 +272,10 @@ impl ContactSource for BodyContact {
             let points = &self.points;
             let time = self.time_end;
             let near = self.potential.thickness();
-            let known =
-                guards.get(body as usize).filter(|g| g.len() == self.point_count).map(Vec::as_slice);
+            let known = guards
+                .get(body as usize)
+                .filter(|g| g.len() == self.point_count)
+                .map(Vec::as_slice);
             in_order(
                 points.len().div_ceil(CHUNK),
                 &mut tasks,
@@ -303,14 +305,15 @@ impl ContactSource for BodyContact {
                     let samples = &task.samples;
                     if known.is_some() {
                         let all = task.candidates.iter().zip(&task.positions).zip(samples);
-                        task.guards.extend(all.map(|((c, x), s)| (c.point, Guard::new(*x, s))));
+                        task.guards
+                            .extend(all.map(|((c, x), s)| (c.point, Guard::new(*x, s))));
                     }
                     task.candidates.retain(|c| {
                         let (x, y) = (point(step.q_start, c.point), point(end, c.point));
                         let way = norm(sub(y, x)) + margin;
-                        let far = samples.get(k).is_some_and(|s| {
-                            s.distance > near + steepness * way
-                        });
+                        let far = samples
+                            .get(k)
+                            .is_some_and(|s| s.distance > near + steepness * way);
                         k += 1;
                         !far
                     });
@@ -474,7 +477,11 @@ impl ContactSource for BodyContact {
             + 16 * self.ranges.capacity()
             + size_of::<Anchor>() * (self.memory.capacity() + self.spare.capacity())
             + self.envelope.heap_bytes()
-            + self.guards.iter().map(|g| size_of::<Guard>() * g.capacity()).sum::<usize>()
+            + self
+                .guards
+                .iter()
+                .map(|g| size_of::<Guard>() * g.capacity())
+                .sum::<usize>()
             + tasks
     }
 }

@@ -9,9 +9,9 @@ use pass::{LaggedContact, Pairs, Pass, Task};
 use skin::Skin;
 
 use super::envelope::Envelope;
-use crate::proximity::check_positions;
 use super::side::Meeting;
 use super::{CHUNK, ContactSource, StepStart, check_margin, check_step, in_order};
+use crate::proximity::check_positions;
 use crate::vec3::{combine, point, sub, tangential};
 use crate::{
     BvhParry, Candidates, CollisionBackend, CollisionError, CollisionMesh, ContactPotential,
@@ -162,7 +162,8 @@ impl SelfContact {
         let reach = self.pairs.potential.thickness() + 2.0 * self.skin.radius();
         let place = self.skin.place();
         let candidates = &mut self.pairs.candidates;
-        self.backend.detect(&self.pairs.mesh, place, place, reach, candidates)
+        self.backend
+            .detect(&self.pairs.mesh, place, place, reach, candidates)
     }
 
     /// The mesh.
@@ -236,15 +237,23 @@ impl ContactSource for SelfContact {
         let mesh = &self.pairs.mesh;
         check_positions(mesh.points(), step.q_start)?;
         check_positions(mesh.points(), step.q_predicted)?;
-        let SelfContactSettings { margin, overshoot, skin } = self.settings;
+        let SelfContactSettings {
+            margin,
+            overshoot,
+            skin,
+        } = self.settings;
         let skin = skin.min(0.25 * mesh.shortest_edge());
         let count = 3 * mesh.points();
         let (start, predicted) = (&step.q_start[..count], &step.q_predicted[..count]);
         if !self.skin.holds(start, predicted) {
-            if self.skin.lay(start, predicted, (1.0 + overshoot) * SKIN_STEPS, skin) {
+            if self
+                .skin
+                .lay(start, predicted, (1.0 + overshoot) * SKIN_STEPS, skin)
+            {
                 self.search_skin()?;
             } else {
-                self.envelope.set(mesh.points(), step, overshoot, 0.5 * margin)?;
+                self.envelope
+                    .set(mesh.points(), step, overshoot, 0.5 * margin)?;
                 let reach = self.pairs.potential.thickness() + margin;
                 self.backend.detect(
                     mesh,

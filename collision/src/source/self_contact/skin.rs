@@ -55,7 +55,10 @@ impl Skin {
     /// Inverse of [`to_numbers`](Self::to_numbers) for `count` coordinates;
     /// also gives the numbers that follow.
     pub fn from_numbers(numbers: &[f64], count: usize) -> Result<(Self, &[f64]), CollisionError> {
-        let fail = |reason| CollisionError::History { source_name: NAME.into(), reason };
+        let fail = |reason| CollisionError::History {
+            source_name: NAME.into(),
+            reason,
+        };
         let (&radius, rest) = numbers.split_first().ok_or_else(|| fail("no header"))?;
         if radius == 0.0 {
             return Ok((Self::default(), rest));
@@ -64,7 +67,13 @@ impl Skin {
             return Err(fail("wrong length"));
         }
         let (place, rest) = rest.split_at(count);
-        Ok((Self { place: place.to_vec(), radius }, rest))
+        Ok((
+            Self {
+                place: place.to_vec(),
+                radius,
+            },
+            rest,
+        ))
     }
 
     pub fn heap_bytes(&self) -> usize {

@@ -5,7 +5,7 @@ use super::super::suggest::show;
 use super::Check;
 
 /// Points above which a sheet is taken for a mistake.
-const MOST_POINTS: f64 = 2e7;
+const MOST_POINTS: f64 = 5e6;
 
 impl Check<'_> {
     pub(super) fn cloths(&mut self) {

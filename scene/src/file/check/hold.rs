@@ -1,8 +1,11 @@
-//! Pins, attachments, buttons and motions.
+//! Pins, attachments and motions.
 
 use super::super::model::{ClothShape, Keyframe, PinKind, Select, dense_keys};
 use super::super::suggest::show;
 use super::Check;
+
+/// Speed of a motion above which it is taken for a mistake [m/s].
+const MOST_SPEED: f64 = 100.0;
 
 impl Check<'_> {
     pub(super) fn holds(&mut self) {
@@ -14,6 +17,7 @@ impl Check<'_> {
             self.reference(&format!("{path}.cloth"), "cloth", &pin.cloth, &cloths);
             self.select(&path, &pin.cloth, &pin.select);
             self.motion(&path, &pin.motion);
+            self.no_jump(&path, &pin.motion);
             match pin.kind {
                 PinKind::Fixed {} => {}
                 PinKind::Plane { normal } => self.direction(&format!("{path}.normal"), normal),
@@ -32,6 +36,7 @@ impl Check<'_> {
             );
             self.select(&path, &attachment.cloth, &attachment.select);
             self.motion(&path, &attachment.motion);
+            self.no_jump(&path, &attachment.motion);
             if let Some(body) = &attachment.body {
                 self.reference(&format!("{path}.body"), "body", body, &bodies);
                 if !attachment.motion.is_empty() {
@@ -44,52 +49,20 @@ impl Check<'_> {
                 }
             }
         }
-        for (i, button) in scene.button.iter().enumerate() {
-            let path = format!("button.{i}");
-            self.reference(&format!("{path}.cloth"), "cloth", &button.cloth, &cloths);
-            self.button(&path, i);
-        }
     }
 
-    fn button(&mut self, path: &str, i: usize) {
-        let button = &self.scene.button[i];
-        let Some(cloth) = self.scene.cloth.iter().find(|c| c.name == button.cloth) else {
-            return;
-        };
-        let pattern = matches!(cloth.shape, ClothShape::Pattern { .. });
-        if pattern && button.panel.is_none() {
+    /// Cloth that is held cannot be somewhere else at the first step.
+    fn no_jump(&mut self, path: &str, motion: &[Keyframe]) {
+        let Some(first) = motion.first() else { return };
+        if first.time == 0.0 && dense_keys(&[*first]).iter().any(|k| {
+            k.translation.iter().chain(&k.rotation).any(|x| x.abs() > 1e-6)
+        }) {
             self.error(
-                "scene::missing-key",
-                &format!("{path}.panel"),
-                format!(
-                    "`{path}` does not say which panel of `{}` carries it",
-                    cloth.name
-                ),
-                "add `panel = \"…\"`",
+                "scene::motion",
+                &format!("{path}.motion.0"),
+                format!("`{path}.motion.0` moves the points in no time: they start at rest"),
+                "put a keyframe at time 0 without translation and rotation before it",
             );
-        }
-        if !pattern && button.panel.is_some() {
-            self.error(
-                "scene::value",
-                &format!("{path}.panel"),
-                format!("`{}` is not a pattern and has no panels", cloth.name),
-                "remove `panel`",
-            );
-        }
-        if let ClothShape::Sheet { size, .. } = &cloth.shape {
-            let outside = (0..2).any(|k| button.position[k].abs() > 0.5 * size[k]);
-            if outside {
-                self.error(
-                    "scene::value",
-                    &format!("{path}.position"),
-                    format!("`{path}` lies outside of `{}`", cloth.name),
-                    format!(
-                        "from the middle of the sheet, at most ±{} m and ±{} m",
-                        show(0.5 * size[0]),
-                        show(0.5 * size[1])
-                    ),
-                );
-            }
         }
     }
 
@@ -153,6 +126,16 @@ impl Check<'_> {
                         show(before.time)
                     ),
                     "times of keyframes have to increase",
+                );
+            }
+            let moved = (0..3).map(|k| (key.translation[k] - before.translation[k]).powi(2));
+            let speed = moved.sum::<f64>().sqrt() / (key.time - before.time);
+            if speed > MOST_SPEED {
+                self.warning(
+                    "scene::motion",
+                    &format!("{at}.translation"),
+                    format!("`{path}` moves at {speed:.0} m/s between two keyframes"),
+                    "times are in s, translations in m",
                 );
             }
             // where no keys could be added in between, more than half a turn

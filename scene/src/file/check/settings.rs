@@ -1,8 +1,11 @@
 //! Settings that have to go together.
 
-use super::super::model::{MatrixKind, Precision, SolverKind};
+use super::super::model::{MatrixKind, SolverKind};
 use super::super::suggest::show;
 use super::Check;
+
+/// Steps above which a run is taken for a mistake: it would not end.
+const MOST_STEPS: f64 = 1e9;
 
 impl Check<'_> {
     pub(super) fn settings(&mut self) {
@@ -21,6 +24,24 @@ impl Check<'_> {
             );
         }
         let duration = scene.simulation.duration;
+        let steps = duration / integrator.max_step;
+        if steps > MOST_STEPS {
+            self.error(
+                "scene::value",
+                "integrator.max_step",
+                format!(
+                    "{} s in steps of at most {} s are {} steps",
+                    show(duration),
+                    show(integrator.max_step),
+                    show(steps.round())
+                ),
+                format!(
+                    "at most {} steps: a longer `integrator.max_step` or a shorter \
+                     `simulation.duration`, both in s",
+                    show(MOST_STEPS)
+                ),
+            );
+        }
         let relaxation = &scene.relaxation;
         if relaxation.enabled && duration > 0.0 && relaxation.duration >= duration {
             self.warning(
@@ -46,14 +67,6 @@ impl Check<'_> {
                     (size / 9.81).round()
                 ),
                 "the unit is m/s²: [0, -9.81, 0]",
-            );
-        }
-        if scene.solver.kind == SolverKind::Refined && scene.solver.precision == Precision::F32 {
-            self.error(
-                "scene::value",
-                "solver.precision",
-                "`solver.kind` = \"refined\" needs double precision outside",
-                "\"mixed\", or `solver.kind = \"cg\"`",
             );
         }
         if scene.solver.kind == SolverKind::Direct && scene.solver.matrix == MatrixKind::Reassembled

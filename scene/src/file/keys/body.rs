@@ -155,7 +155,7 @@ static SHAPES: &[Variant] = &[
             required("shapes", Tables(&PART), "The shapes."),
             key(
                 "smooth",
-                number("m", NOT_NEGATIVE),
+                number("m", Range::zero_to(10.0)),
                 "0",
                 "Radius over which the shapes blend; 0 keeps the creases.",
             ),

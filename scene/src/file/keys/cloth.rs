@@ -11,19 +11,13 @@ pub(super) static CLOTH: Table = Table::new(
             "name",
             Text,
             "`cloth`, `cloth-1`, …",
-            "Name by which pins, attachments and buttons refer to it.",
+            "Name by which pins and attachments refer to it.",
         ),
         key(
             "fabric",
             Text,
             "\"cotton-poplin\"",
             "A fabric of this scene (`[fabric.NAME]`) or of the library (`selvedge fabric list`).",
-        ),
-        key(
-            "layer",
-            integer(0, 1000),
-            "0",
-            "Order of layers of clothing, 0 next to the body.",
         ),
         key(
             "center",
@@ -40,7 +34,7 @@ pub(super) static CLOTH: Table = Table::new(
         ),
         key(
             "stretch",
-            number("", Range::between(0.0, 100.0)),
+            number("", Range::between(0.01, 100.0)),
             "1",
             "Initial size relative to rest: 1.2 begins stretched by 20 %.",
         ),
@@ -70,8 +64,8 @@ pub(super) static CLOTH: Table = Table::new(
         },
         Variant {
             name: "mesh",
-            doc: "A triangle mesh from an OBJ file; texture coordinates, in metres, are the \
-                  material coordinates when there are any.",
+            doc: "A triangle mesh from an OBJ file, at rest in the shape of the file; warp runs \
+                  along the world's x axis.",
             keys: MESH,
         },
         Variant {

@@ -1,5 +1,5 @@
 use super::super::spec::Kind::{Path, Table as Sub, Text};
-use super::super::spec::{Key, NOT_NEGATIVE, Range, Table, Variant, key, number, optional};
+use super::super::spec::{Key, Range, Table, Variant, key, number, optional};
 
 const fn modulus(name: &'static str, doc: &'static str) -> Key {
     optional(name, number("N/m", Range::up_to(1e8)), doc)
@@ -123,17 +123,17 @@ static DAMPING: Table = Table::new(
     &[
         optional(
             "drag",
-            number("1/s", NOT_NEGATIVE),
+            number("1/s", Range::zero_to(1e6)),
             "Drag of still air; default 5.",
         ),
         optional(
             "membrane",
-            number("s", NOT_NEGATIVE),
+            number("s", Range::zero_to(1e3)),
             "Viscous over elastic membrane moduli; default 0.01.",
         ),
         optional(
             "bending",
-            number("s", NOT_NEGATIVE),
+            number("s", Range::zero_to(1e3)),
             "Viscous over elastic bending rigidity; default 0.1.",
         ),
     ],

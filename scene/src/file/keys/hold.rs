@@ -1,6 +1,6 @@
-use super::super::spec::Kind::{Choice, Indices, Table as Sub, Tables, Text, Vector};
+use super::super::spec::Kind::{Choice, Indices, Table as Sub, Tables, Text};
 use super::super::spec::{
-    Key, NOT_NEGATIVE, POSITIVE, Range, Table, Variant, derived, key, number, optional, required,
+    Key, NOT_NEGATIVE, Range, Table, Variant, derived, key, number, optional, required,
 };
 use super::body::{INTERPOLATION, KEYFRAME};
 use super::{DIRECTION, POSITION};
@@ -71,7 +71,7 @@ pub(super) static ATTACHMENT: Table = Table::new(
         SELECT,
         key(
             "stiffness",
-            number("N/m", POSITIVE),
+            number("N/m", Range::up_to(1e9)),
             "1e4",
             "Stiffness of each spring.",
         ),
@@ -83,45 +83,6 @@ pub(super) static ATTACHMENT: Table = Table::new(
         MOTION,
         PIVOT,
         EASE,
-    ],
-);
-
-pub(super) static BUTTON: Table = Table::new(
-    "A rigid disc sewn to the cloth.",
-    &[
-        CLOTH,
-        required(
-            "position",
-            Vector {
-                len: 2,
-                unit: "m",
-                range: Range::within(100.0),
-            },
-            "Material coordinates of its middle: along warp and weft from the middle of a sheet, \
-             or in the panel's own coordinates.",
-        ),
-        optional("panel", Text, "Panel of a pattern that carries it."),
-        key("mass", number("kg", Range::up_to(1.0)), "1e-3", "Its mass.").hint("kg, not g"),
-        key(
-            "radius",
-            number("m", Range::up_to(0.2)),
-            "6e-3",
-            "Its radius.",
-        )
-        .hint("m, not mm"),
-        key(
-            "thickness",
-            number("m", Range::up_to(0.1)),
-            "3e-3",
-            "Its thickness.",
-        )
-        .hint("m, not mm"),
-        key(
-            "stiffness",
-            number("N/m", POSITIVE),
-            "1e3",
-            "Stiffness of the thread.",
-        ),
     ],
 );
 

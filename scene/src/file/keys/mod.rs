@@ -36,12 +36,6 @@ pub(crate) static SCENE: Table = Table::new(
             "Points held by springs.",
         ),
         key(
-            "button",
-            Tables(&hold::BUTTON),
-            "[]",
-            "Rigid trims sewn to the cloth.",
-        ),
-        key(
             "fabric",
             Named(&fabric::FABRIC),
             "{}",

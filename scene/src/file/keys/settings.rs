@@ -159,17 +159,17 @@ pub(super) static DAMPING: Table = Table::new(
         ),
         optional(
             "drag",
-            number("1/s", NOT_NEGATIVE),
+            number("1/s", Range::zero_to(1e6)),
             "Drag of still air, instead of every fabric's own.",
         ),
         optional(
             "membrane",
-            number("s", NOT_NEGATIVE),
+            number("s", Range::zero_to(1e3)),
             "Viscous over elastic membrane moduli, instead of every fabric's own.",
         ),
         optional(
             "bending",
-            number("s", NOT_NEGATIVE),
+            number("s", Range::zero_to(1e3)),
             "Viscous over elastic bending rigidity, instead of every fabric's own.",
         ),
     ],
@@ -223,10 +223,6 @@ pub(super) static SOLVER: Table = Table::new(
                     "matrix and vectors in single, the rest in double precision",
                 ),
                 ("f64", "double precision throughout"),
-                (
-                    "f32",
-                    "single precision, derivatives included: for comparison only",
-                ),
             ]),
             "\"mixed\"",
             "Precision of the linear systems.",
@@ -415,24 +411,11 @@ pub(super) static ASSEMBLE: Table = Table::new(
             "Time over which the seams are closed.",
         ),
         key(
-            "seam_stiffness_start",
-            number("N/m", POSITIVE),
-            "10",
-            "Stiffness of a seam spring at first.",
-        ),
-        key(
             "seam_stiffness",
-            number("N/m", POSITIVE),
+            number("N/m", Range::up_to(1e9)),
             "1000",
-            "Stiffness of a seam spring in the end.",
+            "Stiffness of a seam spring.",
         ),
-        key(
-            "weld_gap",
-            number("m", Range::up_to(0.1)),
-            "5e-4",
-            "Gap below which a seam is joined for good.",
-        )
-        .hint("m, not mm"),
         key(
             "settle_time",
             number("s", NOT_NEGATIVE),

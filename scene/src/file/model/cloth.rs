@@ -12,8 +12,6 @@ pub struct Cloth {
     pub name: String,
     /// Name of its fabric.
     pub fabric: String,
-    /// Layer of clothing, 0 next to the body.
-    pub layer: i64,
     /// Where its middle or origin is \[m\].
     pub center: [f64; 3],
     /// Rotation about that point.

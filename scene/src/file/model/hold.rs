@@ -119,23 +119,3 @@ pub struct Attachment {
     /// How the motion passes between keyframes.
     pub interpolation: Interpolation,
 }
-
-/// A rigid disc sewn to the cloth.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Button {
-    /// Name of the cloth.
-    pub cloth: String,
-    /// Material coordinates of its middle \[m\].
-    pub position: [f64; 2],
-    /// Panel of a pattern.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub panel: Option<String>,
-    /// Mass \[kg\].
-    pub mass: f64,
-    /// Radius \[m\].
-    pub radius: f64,
-    /// Thickness \[m\].
-    pub thickness: f64,
-    /// Stiffness of the thread [N/m].
-    pub stiffness: f64,
-}

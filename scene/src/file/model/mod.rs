@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 pub use body::{Body, BodyShape, Part};
 pub use cloth::{Cloth, ClothShape, Lattice};
 pub use fabric::{BendingEntry, FabricDamping, FabricEntry, MembraneEntry};
-pub use hold::{Attachment, Button, Corner, Edge, Pin, PinKind, Select};
+pub use hold::{Attachment, Corner, Edge, Pin, PinKind, Select};
 pub use motion::{DenseKey, Interpolation, Keyframe, Rotation, dense_keys};
 pub use settings::{
     AssembleSettings, AssemblySettings, BroadPhaseKind, ContactSettings, CurvatureKind,
@@ -46,8 +46,6 @@ pub struct SceneFile {
     pub pin: Vec<Pin>,
     /// Points held by springs.
     pub attachment: Vec<Attachment>,
-    /// Rigid trims.
-    pub button: Vec<Button>,
     /// Fabrics of the scene, by name.
     pub fabric: BTreeMap<String, FabricEntry>,
     /// Triangulation.

@@ -214,8 +214,6 @@ pub enum Precision {
     Mixed,
     /// Double precision throughout.
     F64,
-    /// Single precision, derivatives included: for comparison only.
-    F32,
 }
 
 /// Storage of the matrix.
@@ -348,12 +346,8 @@ pub struct AssembleSettings {
     pub pre_iterations: usize,
     /// Time over which the seams are closed \[s\].
     pub seam_time: f64,
-    /// Stiffness of a seam spring at first [N/m].
-    pub seam_stiffness_start: f64,
-    /// Stiffness of a seam spring in the end [N/m].
+    /// Stiffness of a seam spring [N/m].
     pub seam_stiffness: f64,
-    /// Gap below which a seam is joined for good \[m\].
-    pub weld_gap: f64,
     /// Time to settle after sewing \[s\].
     pub settle_time: f64,
 }

@@ -16,16 +16,17 @@ pub(super) fn examine(mesh: &ObjMesh, name: &str, purpose: Purpose) -> Diagnosti
     let edges = Edges::new(mesh);
     edges.manifold(name, purpose, &mut out);
     edges.orientation(mesh, name, purpose, &mut out);
-    loose(mesh, name, &mut out);
+    loose(mesh, name, purpose, &mut out);
     out
 }
 
 fn size(mesh: &ObjMesh, name: &str, purpose: Purpose, out: &mut Diagnostics) {
     let (min, max) = mesh.bounds();
     let extent = (0..3).map(|k| max[k] - min[k]).fold(0.0, f64::max);
-    let (low, high) = match purpose {
-        Purpose::Cloth => (0.005, 30.0),
-        Purpose::Body => (0.01, 50.0),
+    // Sizes that are suspicious, and sizes that are impossible.
+    let ((low, high), (least, most)) = match purpose {
+        Purpose::Cloth => ((0.005, 30.0), (0.002, 120.0)),
+        Purpose::Body => ((0.01, 50.0), (0.01, 50.0)),
     };
     if extent > high || extent < low {
         let factor = if extent > 1000.0 {
@@ -37,7 +38,12 @@ fn size(mesh: &ObjMesh, name: &str, purpose: Purpose, out: &mut Diagnostics) {
         };
         let message = format!("the mesh is {} m large", show(extent));
         let help = format!("is it in another unit? `scale = {factor}`, for example");
-        out.push(Finding::warning("mesh::scale", name, message).help(help));
+        let finding = if extent > most || extent < least {
+            Finding::error("mesh::scale", name, message)
+        } else {
+            Finding::warning("mesh::scale", name, message)
+        };
+        out.push(finding.help(help));
     }
 }
 
@@ -71,7 +77,7 @@ fn degenerate(mesh: &ObjMesh, name: &str, purpose: Purpose, out: &mut Diagnostic
 }
 
 /// Points that no triangle uses.
-fn loose(mesh: &ObjMesh, name: &str, out: &mut Diagnostics) {
+fn loose(mesh: &ObjMesh, name: &str, purpose: Purpose, out: &mut Diagnostics) {
     let mut used = vec![false; mesh.positions.len()];
     for i in mesh.triangles.iter().flatten() {
         used[*i as usize] = true;
@@ -79,7 +85,13 @@ fn loose(mesh: &ObjMesh, name: &str, out: &mut Diagnostics) {
     let count = used.iter().filter(|u| !**u).count();
     if count > 0 {
         let message = format!("{count} points belong to no triangle");
-        out.push(Finding::warning("mesh::loose-points", name, message).help("they are left out"));
+        out.push(match purpose {
+            Purpose::Cloth => Finding::error("mesh::loose-points", name, message)
+                .help("remove them: a point without triangles has no mass"),
+            Purpose::Body => {
+                Finding::warning("mesh::loose-points", name, message).help("they are left out")
+            }
+        });
     }
 }
 
@@ -116,15 +128,12 @@ impl<'a> Edges<'a> {
                 crowded.len(),
                 first.len()
             );
-            let line = self.line(first[2].0);
-            out.push(match purpose {
-                Purpose::Cloth => Finding::error("mesh::non-manifold", name, message)
-                    .line(line)
+            let finding = Finding::error("mesh::non-manifold", name, message);
+            out.push(
+                finding
+                    .line(self.line(first[2].0))
                     .help("remove doubled faces, or split the points along such edges"),
-                Purpose::Body => Finding::warning("mesh::non-manifold", name, message)
-                    .line(line)
-                    .help("inside and outside may be wrong there"),
-            });
+            );
         }
         let open: Vec<_> = self.by_ends.values().filter(|t| t.len() == 1).collect();
         if purpose == Purpose::Body
@@ -134,8 +143,8 @@ impl<'a> Edges<'a> {
                 "the surface is open: {} edges have one triangle",
                 open.len()
             );
-            let help = "close the holes; until then inside and outside are decided by winding";
-            let finding = Finding::warning("mesh::open", name, message);
+            let help = "close the holes: an open surface has no inside";
+            let finding = Finding::error("mesh::open", name, message);
             out.push(finding.line(self.line(first[0].0)).help(help));
         }
     }
@@ -149,10 +158,7 @@ impl<'a> Edges<'a> {
                 clashing.len()
             );
             let help = "turn the faces the same way round (\"recalculate normals\")";
-            let finding = match purpose {
-                Purpose::Cloth => Finding::error("mesh::orientation", name, message),
-                Purpose::Body => Finding::warning("mesh::orientation", name, message),
-            };
+            let finding = Finding::error("mesh::orientation", name, message);
             out.push(finding.line(self.line(first[1].0)).help(help));
             return;
         }
