@@ -13,7 +13,13 @@ fn square(n: usize, fabric: selvedge_shell_model::fabric::Fabric) -> Setup {
 
 fn momentum(s: &Simulation) -> [f64; 3] {
     let mut p = [0.0; 3];
-    for (m, v) in s.plan().inertia.masses.iter().zip(s.state().v.as_chunks::<3>().0) {
+    for (m, v) in s
+        .plan()
+        .inertia
+        .masses
+        .iter()
+        .zip(s.state().v.as_chunks::<3>().0)
+    {
         for i in 0..3 {
             p[i] += m * v[i];
         }
@@ -23,7 +29,10 @@ fn momentum(s: &Simulation) -> [f64; 3] {
 
 fn angular_momentum(s: &Simulation) -> [f64; 3] {
     let mut l = [0.0; 3];
-    let (x, v) = (s.state().q.as_chunks::<3>().0, s.state().v.as_chunks::<3>().0);
+    let (x, v) = (
+        s.state().q.as_chunks::<3>().0,
+        s.state().v.as_chunks::<3>().0,
+    );
     for ((m, x), v) in s.plan().inertia.masses.iter().zip(x).zip(v) {
         for i in 0..3 {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
@@ -46,7 +55,10 @@ fn free_fall() {
     let fall = 9.81 * 1e-6 * 1000.0 * 1001.0 / 2.0;
     for (i, from) in start.iter().enumerate() {
         let to = point(&s, i as u32);
-        assert!((to[0] - from[0]).abs() < 1e-9 && (to[2] - from[2]).abs() < 1e-9, "{to:?}");
+        assert!(
+            (to[0] - from[0]).abs() < 1e-9 && (to[2] - from[2]).abs() < 1e-9,
+            "{to:?}"
+        );
         assert!((to[1] + fall).abs() < 1e-9, "{} against {}", to[1], -fall);
     }
 }
@@ -64,7 +76,11 @@ fn momentum_is_kept() {
         setup.linear_tolerance = 1e-12;
         for (p, v) in setup.positions.iter().zip(&mut setup.velocities) {
             // A spin of 3 rad/s about z and x, a drift, and a stretching.
-            *v = [0.5 - 3.0 * p[1] + 0.5 * p[0], 3.0 * p[0] - 2.0 * p[2], 2.0 * p[1]];
+            *v = [
+                0.5 - 3.0 * p[1] + 0.5 * p[0],
+                3.0 * p[0] - 2.0 * p[2],
+                2.0 * p[1],
+            ];
         }
         let mut s = setup.simulation();
         let (p, l) = (momentum(&s), angular_momentum(&s));
@@ -94,7 +110,9 @@ fn energy_never_grows() {
     let mut seed = 1u64;
     for p in &mut setup.positions {
         for x in p {
-            seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            seed = seed
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
             *x += 2e-3 * ((seed >> 33) as f64 / (1u64 << 31) as f64 - 0.5);
         }
     }
