@@ -1,6 +1,6 @@
 use selvedge_collision::StepStart;
 use selvedge_energy::{Curvature, EvalPoint};
-use selvedge_linsolve::{Filter, SolveReport, SolveStatus};
+use selvedge_linsolve::{Filter, LinsolveError, SolveReport, SolveStatus};
 
 use crate::contact::Contacts;
 use crate::norm::residual_norm;
@@ -19,8 +19,10 @@ use crate::{
 /// tolerance *after* at least one solve: tested at entry, free fall would stop
 /// in mid-air, since the first residual of a small step is tiny in `N·s`.
 ///
-/// Deviations: a step whose residual is down to round-off counts as converged,
-/// and [`CurvaturePolicy::Auto`] repeats an iteration with positive
+/// Deviations: a try that meets the tolerance is taken even where it does not
+/// reduce the residual, which a force that jumps (the gradient of a sampled
+/// distance field) may not allow; a step whose residual is down to round-off
+/// counts as converged; and [`CurvaturePolicy::Auto`] repeats an iteration with positive
 /// semidefinite curvature before it gives up.
 pub struct BackwardEuler {
     settings: NewtonSettings,
@@ -114,11 +116,17 @@ impl BackwardEuler {
         };
         loop {
             *residual = self.assemble(plan, state, request, curvature, ledger)?;
-            let solve = self.solve(plan, ledger)?;
-            report.linear_iterations += solve.iterations;
-            let negative = solve.status == SolveStatus::NegativeCurvature;
-            report.negative_curvature += usize::from(negative);
             let may_project = policy == CurvaturePolicy::Auto && curvature == Curvature::Exact;
+            let negative = match self.solve(plan, ledger) {
+                Ok(solve) => {
+                    report.linear_iterations += solve.iterations;
+                    solve.status == SolveStatus::NegativeCurvature
+                }
+                // A factorisation has no iterate to go on with.
+                Err(StepError::Linear(LinsolveError::Indefinite { .. })) if may_project => true,
+                Err(e) => return Err(e),
+            };
+            report.negative_curvature += usize::from(negative);
             if negative && may_project {
                 curvature = Curvature::Projected;
                 report.projected += 1;
@@ -195,8 +203,8 @@ impl BackwardEuler {
         Ok(ledger.time("solve", || system.solve(b, filter, dv))?)
     }
 
-    /// Takes the first of the steps 1, ½, ¼, … that reduces the residual and
-    /// returns it; the iterate and its residual are left as they were if none
+    /// Takes the first of the steps 1, ½, ¼, … that reduces the residual, or
+    /// meets the tolerance, and returns its residual; the iterate and its residual are left as they were if none
     /// does.
     fn line_search(
         &mut self,
@@ -230,7 +238,8 @@ impl BackwardEuler {
                 .add_impulse(&evaluation, &mut self.b_try, &mut self.energies, ledger);
             project(&plan.pins, &mut self.b_try);
             let tried = residual_norm(self.settings.norm, &self.b_try, &plan.inertia.masses);
-            if tried.is_finite() && tried < residual {
+            let accepted = tried < residual || tried < self.settings.tolerance;
+            if tried.is_finite() && accepted {
                 for (v, dv) in self.v.iter_mut().zip(&self.dv) {
                     *v += factor * dv;
                 }
