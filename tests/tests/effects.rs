@@ -37,7 +37,10 @@ radius = 0.1
 friction = 0.3
 ";
 
-fn build(text: &str, set: &[(&str, &str)]) -> Built {
+/// Keys and values that replace those of a scene.
+type Set = [(&'static str, &'static str)];
+
+fn build(text: &str, set: &Set) -> Built {
     let set: Vec<_> = set
         .iter()
         .map(|(k, v)| (k.to_string(), v.to_string()))
@@ -187,7 +190,7 @@ fn each_effect_adds_its_own_part() {
 fn off_is_absent() {
     let scene = format!("{BARE}{BALL}");
     // Left: absent or zero. Right: switched off by its own key.
-    let pairs: [(&str, &[(&str, &str)], &[(&str, &str)]); 4] = [
+    let pairs: [(&str, &Set, &Set); 4] = [
         ("damping", &[], &[("damping.kind", "none")]),
         (
             "friction",
