@@ -1,5 +1,7 @@
 //! Support for tests across crates: small simulations put together by hand,
 //! without a scene file.
+#![doc = ""]
+#![doc = include_str!("../README.md")]
 
 use selvedge_collision::ContactSource;
 use selvedge_energy::DofLayout;

@@ -1,9 +1,9 @@
 //! Motion against closed forms: fall, momentum, energy, hanging and bending.
 
 use approx::assert_relative_eq;
-use selvedge_integrator::{Outcome, Simulation};
+use selvedge_integrator::{Outcome, Simulation, StepError};
 use selvedge_shell_model::sheet;
-use selvedge_tests::{Setup, plain_fabric, point, run};
+use selvedge_tests::{Setup, Solver, plain_fabric, point, run};
 
 fn square(n: usize, fabric: selvedge_shell_model::fabric::Fabric) -> Setup {
     let sheet = sheet::equilateral(n, n, [0.2, 0.2]).expect("sheet");
@@ -134,4 +134,35 @@ fn energy_never_grows() {
         }
     }
     assert!(last < 0.5 * first.expect("steps"), "nothing was dissipated");
+}
+
+/// A matrix that is not positive definite is projected and the step goes on,
+/// for a factorisation as for conjugate gradients: no step of a sheet pressed
+/// together by a tenth is refused because of it.
+#[test]
+fn indefinite_matrices_are_projected() {
+    for solver in [Solver::Direct, Solver::Double] {
+        let mut setup = square(9, plain_fabric(500.0, 1e-6, 0.2));
+        setup.solver = solver;
+        setup.newton.tolerance = 1e-3;
+        setup.settings.duration = 0.01;
+        for (k, p) in setup.positions.iter_mut().enumerate() {
+            *p = [0.9 * p[0], 1e-4 * (k as f64).sin(), p[2]];
+        }
+        let mut s = setup.simulation();
+        loop {
+            match s.advance().expect("a pressed sheet") {
+                Outcome::Accepted { .. } => {}
+                Outcome::Rejected { reason, .. } => {
+                    assert!(
+                        !matches!(reason, StepError::Linear(_)),
+                        "{solver:?}: {reason}"
+                    );
+                }
+                Outcome::Ended(_) => break,
+            }
+        }
+        let projected = s.counters().projected;
+        assert!(projected > 0, "{solver:?} met no indefinite matrix");
+    }
 }
