@@ -105,13 +105,13 @@ pub struct DrapeArgs {
     #[arg(long, default_value = "cotton-jersey")]
     pub fabric: String,
     /// Edge length of the mesh [m].
-    #[arg(long, default_value_t = 0.01)]
+    #[arg(long, default_value_t = 0.01, allow_negative_numbers = true)]
     pub edge_length: f64,
     /// Label of edges that stay attached to the body; may be repeated.
     #[arg(long)]
     pub hold: Vec<String>,
     /// Longest simulated time [s].
-    #[arg(long, default_value_t = 3.0)]
+    #[arg(long, default_value_t = 3.0, allow_negative_numbers = true)]
     pub duration: f64,
     /// Folder of the results; `out/<pattern name>` by default.
     #[arg(short, long)]

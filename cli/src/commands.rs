@@ -21,16 +21,16 @@ pub fn dispatch(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Drape(args) => run::drape(args, cli.json),
         Command::Check(args) => scene::check(args, cli.json),
         Command::Plan(args) => scene::plan(args, cli.json),
-        Command::Compare { a, b } => results::compare(a, b),
+        Command::Compare { a, b } => results::compare(a, b, cli.json),
         Command::Export {
             run,
             format,
             output,
             last,
-        } => results::export(run, *format, output.as_deref(), *last),
-        Command::View { run } => results::view(run),
-        Command::Fabric { command } => fabric::fabric(command),
-        Command::Schema { markdown } => scene::schema(*markdown),
-        Command::Bench(args) => bench::bench(args),
+        } => results::export(run, *format, output.as_deref(), *last, cli.json),
+        Command::View { run } => results::view(run, cli.json),
+        Command::Fabric { command } => fabric::fabric(command, cli.json),
+        Command::Schema { markdown } => scene::schema(*markdown, cli.json),
+        Command::Bench(args) => bench::bench(args, cli.json),
     }
 }

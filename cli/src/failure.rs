@@ -4,8 +4,10 @@ use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use selvedge_record::RecordError;
-use selvedge_scene::diagnostic::Diagnostics;
+use selvedge_scene::diagnostic::{Diagnostics, Severity};
 use selvedge_scene::driver::RunError;
+
+use crate::output::{complain, say};
 
 /// Why a command did not do its work.
 #[derive(Debug)]
@@ -27,15 +29,14 @@ impl Failure {
                 Self::Input(findings) => findings.to_json(),
                 Self::Usage(text) | Self::Other(text) => serde_json::json!([{ "message": text }]),
             };
-            println!(
-                "{}",
-                serde_json::json!({ "event": "error", "findings": errors })
-            );
+            let event = serde_json::json!({ "event": "error", "findings": errors });
+            // The exit status says it in any case.
+            let _ = say!("{event}");
             return ExitCode::from(code);
         }
         match self {
             Self::Input(findings) => print_findings(findings),
-            Self::Usage(text) | Self::Other(text) => eprintln!("error: {text}"),
+            Self::Usage(text) | Self::Other(text) => complain(format_args!("error: {text}")),
         }
         ExitCode::from(code)
     }
@@ -45,10 +46,14 @@ impl Failure {
 pub fn print_findings(findings: &Diagnostics) {
     let terminal = std::io::stderr().is_terminal();
     if terminal {
-        eprint!("{}", findings.render(100, true));
+        complain(format_args!("{}", findings.render(100, true)));
     }
     for finding in findings.findings() {
-        eprintln!("{}: {finding}", finding.severity);
+        match finding.severity {
+            // Warnings call themselves so.
+            Severity::Warning => complain(format_args!("{finding}")),
+            Severity::Error => complain(format_args!("error: {finding}")),
+        }
     }
 }
 
@@ -62,13 +67,33 @@ impl From<RunError> for Failure {
     fn from(error: RunError) -> Self {
         match error {
             RunError::Scene(findings) => Self::Input(findings),
+            RunError::Record(error) => error.into(),
             other => Self::Other(other.to_string()),
         }
     }
 }
 
 impl From<RecordError> for Failure {
+    /// What cannot be read or resumed is wrong input; what cannot be written
+    /// is not.
     fn from(error: RecordError) -> Self {
-        Self::Other(error.to_string())
+        use RecordError as E;
+        let help = match &error {
+            E::Read { .. } => "name a folder of results, its run.mcap, or an OBJ file",
+            E::NotMcap { .. } | E::NoHeader { .. } => {
+                "recordings are the run.mcap of a folder of results"
+            }
+            E::Format { .. } => "use the version of the program that wrote it, or a newer one",
+            E::NothingToResume { .. } => "leave out --resume to start the run",
+            E::AlreadyComplete { .. } => "leave out --resume to run it again",
+            E::NoCheckpoint { .. } => "leave out --resume to start again",
+            E::HeaderMismatch { .. } => {
+                "resume with the same scene and settings, or leave out --resume to start again"
+            }
+            E::InUse { .. } => "wait for it, or choose another folder with -o",
+            E::Surface { .. } | E::Export { .. } => "choose another result or format",
+            _ => return Self::Other(error.to_string()),
+        };
+        Self::Usage(format!("{error} ({help})"))
     }
 }

@@ -5,6 +5,7 @@ pub mod report;
 pub mod args;
 pub mod commands;
 mod failure;
+mod output;
 mod progress;
 mod report_data;
 

@@ -6,6 +6,8 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use selvedge_scene::driver::{Progress, Tick};
 
+use crate::output::{complain, say};
+
 /// Steps between two events of `--json`, in wall time.
 const JSON_INTERVAL: Duration = Duration::from_millis(500);
 
@@ -83,20 +85,19 @@ impl Progress for Reporter {
         }
         if self.json && self.told.is_none_or(|at| at.elapsed() >= JSON_INTERVAL) {
             self.told = Some(Instant::now());
-            println!(
-                "{}",
-                serde_json::json!({
-                    "event": "progress",
-                    "stage": t.stage,
-                    "time_s": t.time,
-                    "end_s": t.end,
-                    "dt_s": t.dt,
-                    "steps": t.steps,
-                    "rejected_steps": t.rejected,
-                    "residual": t.residual,
-                    "contacts": t.contacts,
-                })
-            );
+            let event = serde_json::json!({
+                "event": "progress",
+                "stage": t.stage,
+                "time_s": t.time,
+                "end_s": t.end,
+                "dt_s": t.dt,
+                "steps": t.steps,
+                "rejected_steps": t.rejected,
+                "residual": t.residual,
+                "contacts": t.contacts,
+            });
+            // Nobody listens any more: the run goes on.
+            let _ = say!("{event}");
         }
     }
 
@@ -104,9 +105,9 @@ impl Progress for Reporter {
         match &self.bar {
             Some(bar) => bar.println(text),
             None if self.json => {
-                println!("{}", serde_json::json!({ "event": "note", "text": text }));
+                let _ = say!("{}", serde_json::json!({ "event": "note", "text": text }));
             }
-            None => {}
+            None => complain(format_args!("{text}")),
         }
     }
 }

@@ -11,9 +11,10 @@ use serde_json::{Value, json};
 
 use crate::Failure;
 use crate::args::BenchArgs;
+use crate::output;
 
 /// `selvedge bench`: prints JSON.
-pub fn bench(args: &BenchArgs) -> Result<ExitCode, Failure> {
+pub fn bench(args: &BenchArgs, json: bool) -> Result<ExitCode, Failure> {
     let known = ["bandwidth", "step", "features"];
     if let Some(name) = args.names.iter().find(|n| !known.contains(&n.as_str())) {
         return Err(Failure::Usage(format!(
@@ -40,9 +41,7 @@ pub fn bench(args: &BenchArgs) -> Result<ExitCode, Failure> {
             out.insert("features".into(), features(args, &start)?);
         }
     }
-    let text = serde_json::to_string_pretty(&Value::Object(out))
-        .map_err(|e| Failure::Other(e.to_string()))?;
-    println!("{text}");
+    output::value(&Value::Object(out), json)?;
     Ok(ExitCode::SUCCESS)
 }
 

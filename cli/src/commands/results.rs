@@ -11,6 +11,7 @@ use selvedge_scene::write_whole;
 
 use crate::Failure;
 use crate::args::Format;
+use crate::output::{self, complain, say};
 use crate::{report, report_data};
 
 /// A recording by its path, or in a folder of results.
@@ -27,13 +28,13 @@ fn recording(path: &Path) -> Result<(Recording, PathBuf), Failure> {
     };
     let recording = Recording::open(&file)?;
     for warning in recording.warnings() {
-        eprintln!("warning: {}: {warning}", file.display());
+        complain(format_args!("warning: {}: {warning}", file.display()));
     }
     Ok((recording, file))
 }
 
 /// `selvedge compare`: prints JSON.
-pub fn compare(a: &Path, b: &Path) -> Result<ExitCode, Failure> {
+pub fn compare(a: &Path, b: &Path, json: bool) -> Result<ExitCode, Failure> {
     let is_obj = |p: &Path| p.extension().is_some_and(|e| e.eq_ignore_ascii_case("obj"));
     let value = if is_obj(a) || is_obj(b) {
         let (a, b) = (shape(a)?, shape(b)?);
@@ -49,8 +50,7 @@ pub fn compare(a: &Path, b: &Path) -> Result<ExitCode, Failure> {
         let comparison = compare_recordings(&a, &b, &CompareOptions::default())?;
         serde_json::to_value(comparison).map_err(|e| Failure::Other(e.to_string()))?
     };
-    let text = serde_json::to_string_pretty(&value).map_err(|e| Failure::Other(e.to_string()))?;
-    println!("{text}");
+    output::value(&value, json)?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -105,6 +105,7 @@ pub fn export(
     format: Format,
     output: Option<&Path>,
     last: bool,
+    json: bool,
 ) -> Result<ExitCode, Failure> {
     let (recording, file) = recording(run)?;
     let format = match format {
@@ -124,19 +125,32 @@ pub fn export(
         FrameRange::ALL
     };
     let written = export::export(&recording, format, frames, &output)?;
+    if json {
+        let files: Vec<String> = written.iter().map(|f| f.display().to_string()).collect();
+        say!(
+            "{}",
+            serde_json::json!({ "event": "export", "files": files })
+        )?;
+        return Ok(ExitCode::SUCCESS);
+    }
     match written.as_slice() {
-        [one] => println!("{}", one.display()),
-        many => println!("{} files beside {}", many.len(), output.display()),
+        [one] => say!("{}", one.display())?,
+        many => say!("{} files beside {}", many.len(), output.display())?,
     }
     Ok(ExitCode::SUCCESS)
 }
 
 /// `selvedge view`
-pub fn view(run: &Path) -> Result<ExitCode, Failure> {
+pub fn view(run: &Path, json: bool) -> Result<ExitCode, Failure> {
     let (recording, file) = recording(run)?;
     let data = report_data::of_recording(&recording)?;
     let page = file.with_file_name("report.html");
     write_whole(&page, report::render(&data).as_bytes())?;
-    println!("{}", page.display());
+    if json {
+        let page = page.display().to_string();
+        say!("{}", serde_json::json!({ "event": "view", "report": page }))?;
+    } else {
+        say!("{}", page.display())?;
+    }
     Ok(ExitCode::SUCCESS)
 }

@@ -3,8 +3,10 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use selvedge_record::{RecordError, Recording};
 use selvedge_scene::build::BuiltScene;
-use selvedge_scene::driver::{self, RunOptions, RunResult};
+use selvedge_scene::diagnostic::Diagnostics;
+use selvedge_scene::driver::{self, Progress, RunError, RunOptions, RunResult};
 use selvedge_scene::file::{self, Parsed};
 use selvedge_scene::summary::Status;
 use selvedge_scene::write_whole;
@@ -12,6 +14,7 @@ use selvedge_scene::write_whole;
 use crate::Failure;
 use crate::args::{DrapeArgs, RunArgs};
 use crate::failure::print_findings;
+use crate::output::say;
 use crate::progress::Reporter;
 use crate::{report, report_data};
 
@@ -31,8 +34,40 @@ pub fn drape(args: &DrapeArgs, json: bool) -> Result<ExitCode, Failure> {
         .unwrap_or_default()
         .to_string_lossy()
         .into_owned();
-    let parsed = file::parse(&text, Path::new(&format!("{name}.toml")), &args.set)?;
-    simulate(parsed, text, args.output.clone(), args.resume, json)
+    let file = format!("{name}.toml");
+    let parsed = file::parse(&text, Path::new(&file), &args.set)
+        .map_err(|findings| by_option(&findings, &file))?;
+    simulate(parsed, text, args.output.clone(), args.resume, json).map_err(|e| match e {
+        Failure::Input(findings) => Failure::Input(by_option(&findings, &file)),
+        other => other,
+    })
+}
+
+/// Findings about the scene that `drape` made, which the user never sees, put
+/// to the options it was made from.
+fn by_option(findings: &Diagnostics, file: &str) -> Diagnostics {
+    const OPTIONS: [(&str, &str); 6] = [
+        ("simulation.duration", "--duration"),
+        ("mesh.edge_length", "--edge-length"),
+        ("cloth.0.hold", "--hold"),
+        ("cloth.0.file", "PATTERN"),
+        ("body.0", "--body"),
+        ("fabric.garment", "--fabric"),
+    ];
+    let mut out = Diagnostics::new();
+    for finding in findings.findings() {
+        let mut finding = finding.clone();
+        let path = finding.path.as_deref().unwrap_or("");
+        let option = OPTIONS.iter().find(|(key, _)| path.starts_with(key));
+        if finding.file == file {
+            finding.file = option.map_or("drape", |(_, option)| option).to_owned();
+            finding.line = None;
+            finding.column = None;
+            finding.span = None;
+        }
+        out.push(finding);
+    }
+    out
 }
 
 /// The scene that `drape` runs; paths are made absolute, so that it can be
@@ -49,10 +84,10 @@ fn drape_scene(args: &DrapeArgs) -> Result<String, Failure> {
         .to_string_lossy()
         .into_owned();
     let mut text = format!(
-        "name = {}\n\n[simulation]\nduration = {:?}\n\n[mesh]\nedge_length = {:?}\n\n",
+        "name = {}\n\n[simulation]\nduration = {}\n\n[mesh]\nedge_length = {}\n\n",
         toml_string(&name),
-        args.duration,
-        args.edge_length
+        toml_number(args.duration),
+        toml_number(args.edge_length)
     );
     let holds: Vec<String> = args.hold.iter().map(|h| toml_string(h)).collect();
     text += &format!(
@@ -83,6 +118,15 @@ fn drape_scene(args: &DrapeArgs) -> Result<String, Failure> {
     Ok(text)
 }
 
+/// A TOML float, `nan` and `inf` included.
+fn toml_number(x: f64) -> String {
+    if x.is_nan() {
+        "nan".to_owned()
+    } else {
+        format!("{x:?}")
+    }
+}
+
 /// A TOML basic string: JSON's escapes are a subset of TOML's.
 fn toml_string(text: &str) -> String {
     serde_json::Value::from(text).to_string()
@@ -96,11 +140,22 @@ fn simulate(
     json: bool,
 ) -> Result<ExitCode, Failure> {
     let directory = output.unwrap_or_else(|| parsed.scene.output.directory.clone());
+    if directory.exists() && !directory.is_dir() {
+        return Err(Failure::Usage(format!(
+            "`{}` is a file, not a folder: choose another folder for the results with -o",
+            directory.display()
+        )));
+    }
+    if resume && !parsed.scene.output.recording {
+        return Err(Failure::Usage(
+            "--resume needs the recording, and `output.recording` is false".to_owned(),
+        ));
+    }
     let built = BuiltScene::new(parsed)?;
     if !built.warnings.is_empty() && !json {
         print_findings(&built.warnings);
     }
-    let options = RunOptions {
+    let mut options = RunOptions {
         directory: directory.clone(),
         resume,
         scene_text,
@@ -111,7 +166,19 @@ fn simulate(
     // Without a handler Ctrl-C ends the program as it always does.
     let _ = ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed));
     let mut reporter = Reporter::new(json);
-    let result = driver::run(&built, &options, &mut reporter, &interrupt);
+    let mut result = driver::run(&built, &options, &mut reporter, &interrupt);
+    if resume
+        && matches!(
+            result,
+            Err(RunError::Record(RecordError::NoCheckpoint { .. }))
+        )
+        && no_frames(&directory)
+    {
+        // Cut off while sewing: the same steps again lead to the same result.
+        reporter.note("nothing was recorded yet: starting from the beginning");
+        options.resume = false;
+        result = driver::run(&built, &options, &mut reporter, &interrupt);
+    }
     reporter.finish();
     let result = result?;
     if built.scene().output.report {
@@ -121,33 +188,51 @@ fn simulate(
             report::render(&data).as_bytes(),
         )?;
     }
-    tell(&built, &result, &directory, json);
+    tell(&built, &result, &directory, json)?;
     Ok(match result.summary.status {
         Status::Failed => ExitCode::from(1),
         _ => ExitCode::SUCCESS,
     })
 }
 
-fn tell(built: &BuiltScene, result: &RunResult, directory: &Path, json: bool) {
+/// Whether an unfinished recording holds no frame.
+fn no_frames(directory: &Path) -> bool {
+    Recording::open(&directory.join("run.mcap.part")).is_ok_and(|r| r.frames().is_empty())
+}
+
+fn tell(
+    built: &BuiltScene,
+    result: &RunResult,
+    directory: &Path,
+    json: bool,
+) -> Result<(), Failure> {
     let s = &result.summary;
+    let resumable = s.status == Status::Stopped && built.scene().output.recording;
+    let again = resumable.then(command_line);
     if json {
-        let event = serde_json::json!({ "event": "end", "summary": s });
-        println!("{event}");
-        return;
+        return say!(
+            "{}",
+            serde_json::json!({ "event": "end", "summary": s, "resume": again })
+        );
     }
     let status = serde_json::to_value(s.status).unwrap_or_default();
-    println!(
+    say!(
         "{}: {} ({})",
         built.scene().name,
         status.as_str().unwrap_or("?"),
         s.reason
-    );
-    println!(
+    )?;
+    say!(
         "  {:.3} s simulated in {:.1} s ({:.1} s of processor time on {} threads), {} steps, \
          {} rejected",
-        s.simulated_s, s.wall_s, s.cpu_s, s.threads, s.steps, s.rejected_steps
-    );
-    println!(
+        s.simulated_s,
+        s.wall_s,
+        s.cpu_s,
+        s.threads,
+        s.steps,
+        s.rejected_steps
+    )?;
+    say!(
         "  {} points, {} triangles; edge strain mean {:.2e}, largest {:.2e}; \
          deepest penetration {:.3} mm; {} self-intersections",
         s.points,
@@ -156,18 +241,18 @@ fn tell(built: &BuiltScene, result: &RunResult, directory: &Path, json: bool) {
         s.max_abs_edge_strain,
         1e3 * s.max_penetration_m,
         s.self_intersections
-    );
-    println!("  results in {}", directory.display());
-    if s.status == Status::Stopped {
-        // There is a checkpoint once the drape has begun.
-        println!("  to go on: {}", command_line(s.simulated_s > 0.0));
+    )?;
+    say!("  results in {}", directory.display())?;
+    if let Some(again) = again {
+        say!("  to go on: {again}")?;
     }
+    Ok(())
 }
 
-/// The command that was given, for the shell; `resume` makes it go on from the
-/// checkpoint.
-fn command_line(resume: bool) -> String {
-    let quoted = std::env::args().map(|arg| {
+/// The command that was given, for the shell, with `--resume`.
+fn command_line() -> String {
+    let quoted = std::env::args_os().map(|arg| {
+        let arg = arg.to_string_lossy().into_owned();
         let plain = |c: char| c.is_alphanumeric() || "-_=./,:".contains(c);
         if !arg.is_empty() && arg.chars().all(plain) {
             arg
@@ -176,7 +261,7 @@ fn command_line(resume: bool) -> String {
         }
     });
     let mut line = quoted.collect::<Vec<_>>().join(" ");
-    if resume && !std::env::args().any(|a| a == "--resume") {
+    if !std::env::args_os().any(|a| a == "--resume") {
         line += " --resume";
     }
     line

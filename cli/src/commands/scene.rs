@@ -7,6 +7,7 @@ use selvedge_scene::file;
 use crate::Failure;
 use crate::args::SceneArgs;
 use crate::failure::print_findings;
+use crate::output::{self, say};
 
 /// `selvedge check`
 pub fn check(args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
@@ -15,21 +16,21 @@ pub fn check(args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
     assemble(&built)?;
     if json {
         let findings = built.warnings.to_json();
-        println!(
+        say!(
             "{}",
             serde_json::json!({ "event": "check", "findings": findings })
-        );
+        )?;
         return Ok(ExitCode::SUCCESS);
     }
     print_findings(&built.warnings);
-    println!(
+    say!(
         "{}: no errors, {} warnings; {} points, {} triangles, {} bodies",
         built.scene().name,
         built.warnings.len(),
         built.geometry.mesh.points(),
         built.geometry.mesh.triangles().len(),
         built.bodies.len()
-    );
+    )?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -42,45 +43,50 @@ pub fn plan(args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
         ..
     } = assemble(&built)?;
     if json {
-        println!(
+        say!(
             "{}",
             serde_json::json!({ "event": "plan", "effects": effects })
-        );
+        )?;
         return Ok(ExitCode::SUCCESS);
     }
-    println!(
+    say!(
         "{}: {}",
         built.scene().name,
         simulation.plan().system.name()
-    );
-    println!(
+    )?;
+    say!(
         "{:<28} {:<4} {:>10} {:>12}  reason",
-        "effect", "", "stencils", "bytes"
-    );
+        "effect",
+        "",
+        "stencils",
+        "bytes"
+    )?;
     for e in &effects {
         let on = if e.on { "on" } else { "off" };
-        println!(
+        say!(
             "{:<28} {:<4} {:>10} {:>12}  {}",
-            e.name, on, e.stencils, e.bytes, e.reason
-        );
+            e.name,
+            on,
+            e.stencils,
+            e.bytes,
+            e.reason
+        )?;
     }
-    println!(
+    say!(
         "{} points, {} bytes in all, {:.0} a point",
         built.geometry.mesh.points(),
         simulation.heap_bytes(),
         simulation.heap_bytes() as f64 / built.geometry.mesh.points().max(1) as f64
-    );
+    )?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// `selvedge schema`
-pub fn schema(markdown: bool) -> Result<ExitCode, Failure> {
+pub fn schema(markdown: bool, json: bool) -> Result<ExitCode, Failure> {
     if markdown {
-        print!("{}", file::key_reference());
+        output::write(format_args!("{}", file::key_reference()))?;
     } else {
-        let text = serde_json::to_string_pretty(&file::json_schema())
-            .map_err(|e| Failure::Other(e.to_string()))?;
-        println!("{text}");
+        output::value(&file::json_schema(), json)?;
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -44,10 +44,12 @@ pub struct Finding {
 
 /// Edges shorter than this have no usable length [m].
 const ZERO_LENGTH: f64 = 1e-5;
-/// Sewn lengths that differ by more than this factor are suspicious.
+/// Sewn lengths that differ by more than this factor are a mistake.
 const MAX_RATIO: f64 = 3.0;
 /// Plausible size of a garment [m].
 const SIZE_RANGE: [f64; 2] = [0.2, 5.0];
+/// Size outside of which it cannot be one [m].
+const POSSIBLE_RANGE: [f64; 2] = [0.02, 50.0];
 
 /// Checks a pattern on its own.
 ///
@@ -108,7 +110,8 @@ fn check_size(pattern: &Pattern, out: &mut Vec<Finding>) {
     if !(SIZE_RANGE[0]..=SIZE_RANGE[1]).contains(&size) {
         let factor = if size > SIZE_RANGE[1] { 0.01 } else { 100.0 };
         let fixed = size * factor;
-        let help = if (SIZE_RANGE[0]..=SIZE_RANGE[1]).contains(&fixed) {
+        let plausible = (SIZE_RANGE[0]..=SIZE_RANGE[1]).contains(&fixed);
+        let help = if plausible {
             format!(
                 "it would measure {fixed:.2} m with lengths {}: check `units_in_meter`",
                 if factor < 1.0 {
@@ -121,7 +124,13 @@ fn check_size(pattern: &Pattern, out: &mut Vec<Finding>) {
             "check `units_in_meter` and the panels' translations".to_owned()
         };
         let message = format!("the garment measures {size:.3} m in its placement");
-        out.push(finding(Severity::Warning, message, help));
+        let possible = (POSSIBLE_RANGE[0]..=POSSIBLE_RANGE[1]).contains(&size);
+        let severity = if plausible || !possible {
+            Severity::Error
+        } else {
+            Severity::Warning
+        };
+        out.push(finding(severity, message, help));
     }
 }
 
@@ -275,7 +284,7 @@ fn check_stitch(pattern: &Pattern, index: usize, stitch: &Stitch, out: &mut Vec<
             high / low
         );
         let help = "check that the stitch names the right edges, or split the longer one".into();
-        out.push(locate(finding(Severity::Warning, message, help)));
+        out.push(locate(finding(Severity::Error, message, help)));
     }
     if let Some(seen) = placed.clear_pairing()
         && seen != stitch.pairing()

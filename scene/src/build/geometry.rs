@@ -512,10 +512,7 @@ fn finish(scene: &SceneFile, draft: Draft) -> Result<Geometry, String> {
         scene_fabric: draft.fabric,
         scene_panel: draft.panel,
         panel_names: draft.panel_names,
-        sewn: scene
-            .cloth
-            .iter()
-            .any(Cloth::is_sewn),
+        sewn: scene.cloth.iter().any(Cloth::is_sewn),
         parts: draft.parts,
         order,
     })

@@ -109,7 +109,10 @@ fn select(part: &Part, select: &Select, positions: &[[f64; 3]]) -> Result<Vec<u3
         }
     };
     if chosen.is_empty() {
-        return Err(format!("no point of cloth `{}` is selected: compare the places with the cloth's `center` and size", part.name));
+        return Err(format!(
+            "no point of cloth `{}` is selected: compare the places with the cloth's `center` and size",
+            part.name
+        ));
     }
     Ok(chosen)
 }

@@ -4,6 +4,7 @@ mod bodies;
 mod effects;
 mod geometry;
 mod holds;
+mod placement;
 mod system;
 
 use std::sync::Arc;
@@ -82,7 +83,18 @@ impl BuiltScene {
         let mut warnings = parsed.warnings.clone();
         let geometry = Geometry::new(&parsed, &mut warnings)?;
         let around = Aabb::of_points(&geometry.positions);
-        let bodies = bodies::build(&parsed, &around, &mut warnings)?;
+        let bodies = match bodies::build(&parsed, &around, &mut warnings) {
+            Ok(bodies) => bodies,
+            Err(errors) => {
+                // What was suspicious before may be the reason.
+                warnings.extend(errors);
+                return Err(warnings);
+            }
+        };
+        warnings.extend(placement::examine(&parsed, &geometry, &bodies));
+        if warnings.has_errors() {
+            return Err(warnings);
+        }
         Ok(Self {
             parsed,
             geometry,

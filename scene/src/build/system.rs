@@ -27,7 +27,9 @@ pub fn system(
 ) -> Result<Box<dyn NewtonSystem>, PlanError> {
     match (scene.solver.kind, scene.solver.precision) {
         // Refinement is in double precision outside, whatever is inside.
-        (SolverKind::Refined, _) | (_, Precision::F64) => with_precision::<f64>(scene, terms, masses),
+        (SolverKind::Refined, _) | (_, Precision::F64) => {
+            with_precision::<f64>(scene, terms, masses)
+        }
         (_, Precision::Mixed) => with_precision::<f32>(scene, terms, masses),
     }
 }

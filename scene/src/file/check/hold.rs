@@ -54,14 +54,16 @@ impl Check<'_> {
     /// Cloth that is held cannot be somewhere else at the first step.
     fn no_jump(&mut self, path: &str, motion: &[Keyframe]) {
         let Some(first) = motion.first() else { return };
-        if first.time == 0.0 && dense_keys(&[*first]).iter().any(|k| {
-            k.translation.iter().chain(&k.rotation).any(|x| x.abs() > 1e-6)
-        }) {
-            self.error(
+        let moved = |x: &f64| x.abs() > 1e-6;
+        let jumps = dense_keys(&[*first])
+            .iter()
+            .any(|k| k.translation.iter().chain(&k.rotation).any(moved));
+        if jumps {
+            self.warning(
                 "scene::motion",
                 &format!("{path}.motion.0"),
-                format!("`{path}.motion.0` moves the points in no time: they start at rest"),
-                "put a keyframe at time 0 without translation and rotation before it",
+                format!("`{path}.motion.0` moves the points within the first step"),
+                "put a keyframe without translation and rotation before it",
             );
         }
     }

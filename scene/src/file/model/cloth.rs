@@ -76,6 +76,11 @@ pub enum Lattice {
 }
 
 impl Cloth {
+    /// Whether it is sewn from a pattern.
+    pub fn is_sewn(&self) -> bool {
+        matches!(self.shape, ClothShape::Pattern { .. })
+    }
+
     /// Edge length that the cloth asks for itself \[m\].
     pub fn edge_length(&self) -> Option<f64> {
         match &self.shape {
