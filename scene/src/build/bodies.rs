@@ -216,10 +216,7 @@ fn shape(spec: &BodyShape) -> Option<Shape> {
 }
 
 /// About a hundred cells along the longest side.
-fn display(
-    body: &dyn Body,
-    around: &Aabb,
-) -> Result<SurfaceMesh, CollisionError> {
+fn display(body: &dyn Body, around: &Aabb) -> Result<SurfaceMesh, CollisionError> {
     let bounds = body.bounds(0.0);
     let longest = |b: &Aabb| b.extents().into_iter().fold(0.0, f64::max);
     if bounds.is_finite() && !bounds.is_empty() {

@@ -122,7 +122,8 @@ mod tests {
         assert!(!skin.holds(&moved, &bent));
         bent[8] = f64::NAN;
         assert!(!skin.holds(&bent, &moved));
-        let (again, rest) = Skin::from_numbers(&skin.to_numbers(), 9).expect("its own numbers");
+        let numbers = skin.to_numbers();
+        let (again, rest) = Skin::from_numbers(&numbers, 9).expect("its own numbers");
         assert_eq!((again.place(), rest.len()), (skin.place(), 0));
     }
 

@@ -96,7 +96,10 @@ impl Check<'_> {
                 file.help("add `[[cloth]]` with `kind = \"sheet\"`, \"mesh\" or \"pattern\""),
             );
         }
-        if scene.name.is_empty() || scene.name.contains(['/', '\\']) || [".", ".."].contains(&scene.name.as_str()) {
+        if scene.name.is_empty()
+            || scene.name.contains(['/', '\\'])
+            || [".", ".."].contains(&scene.name.as_str())
+        {
             let message = format!("`name` = {:?} cannot name a folder", scene.name);
             self.error(
                 "scene::value",
