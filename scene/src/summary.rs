@@ -67,6 +67,12 @@ pub struct Summary {
     pub mean_abs_edge_strain: f64,
     /// Largest gap between seam partners at the end [m].
     pub max_seam_gap_m: f64,
+    /// How far the top of a garment ended below its place in the pattern [m];
+    /// `null` without a garment.
+    pub max_drop_m: Option<f64>,
+    /// Where cloth is inside a body or passes through itself at the end: the
+    /// deepest point and the first crossings.
+    pub defects: Vec<Defect>,
     /// Kinetic energy at the end [J].
     pub kinetic_energy_j: f64,
     /// Newton residual of the last step, in the units of the chosen norm.
@@ -87,6 +93,19 @@ pub struct Summary {
     pub final_state_hash: String,
     /// Findings of the doctor that did not stop the run.
     pub warnings: Vec<String>,
+}
+
+/// A place where the result is not as it should be.
+#[derive(Clone, Debug, Serialize)]
+pub struct Defect {
+    /// `penetration` or `self-intersection`.
+    pub kind: &'static str,
+    /// Where [m].
+    pub at: [f64; 3],
+    /// Panels or sheets that take part.
+    pub parts: Vec<String>,
+    /// Depth of a penetration [m].
+    pub depth_m: Option<f64>,
 }
 
 /// One stage of a garment's assembly.
@@ -112,4 +131,6 @@ pub struct StageSummary {
     pub max_penetration_m: f64,
     /// Edge-triangle intersections at its end.
     pub self_intersections: usize,
+    /// Where, as in the summary itself.
+    pub defects: Vec<Defect>,
 }
