@@ -53,6 +53,7 @@ mod potential;
 mod proximity;
 mod source;
 pub mod testing;
+mod untangle;
 mod vec3;
 
 pub use aabb::Aabb;
@@ -71,3 +72,4 @@ pub use proximity::ProximityBackend;
 pub use source::{
     BodyContact, BodyContactSettings, ContactSource, SelfContact, SelfContactSettings, StepStart,
 };
+pub use untangle::Untangle;

@@ -3,13 +3,15 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use selvedge_collision::Body;
-use selvedge_garment::assemble::{AssembleSettings, preassemble};
+use selvedge_collision::{Body, Untangle};
+use selvedge_garment::assemble::{AssembleSettings, preassemble, untangle};
+use selvedge_garment::place::BodyField;
 use selvedge_integrator::{
     CurvaturePolicy, NewtonSettings, Outcome, RelaxationSettings, Settings, State, StopSettings,
 };
 
-use crate::build::{Built, BuiltScene, StageOptions};
+use crate::build::geometry::Sewn;
+use crate::build::{Built, BuiltScene, StageOptions, broad_phase};
 use crate::driver::{Progress, RunError, chain, tick};
 use crate::result::figures;
 use crate::summary::{StageSummary, Status};
@@ -55,6 +57,12 @@ pub(crate) fn assemble(
     let crossed = summaries[0].self_intersections > 0;
     for (name, what, stage) in stages(built, crossed) {
         let clock = Instant::now();
+        if stage.self_contact && summaries.last().is_some_and(|s| s.self_intersections > 0) {
+            let clearance = built.scene().contact.body_thickness;
+            on_garments(built, &mut state, clearance, &|sewn, field, settings, x| {
+                take_apart(built, sewn, field, settings, x);
+            });
+        }
         state.time = 0.0;
         state.v.fill(0.0);
         let Built { mut simulation, .. } = built.simulation(state.clone(), &stage)?;
@@ -100,9 +108,13 @@ pub(crate) fn assemble(
     Ok(Assembled::Done { state, summaries })
 }
 
-fn wrap(built: &BuiltScene, state: &mut State) -> StageSummary {
-    let clock = Instant::now();
-    let settings = &built.scene().assemble;
+/// Applies `work` to the points of every garment, in the frame of its pattern.
+fn on_garments(
+    built: &BuiltScene,
+    state: &mut State,
+    clearance: f64,
+    work: &dyn Fn(&Sewn, BodyField<'_>, &AssembleSettings, &mut Vec<[f64; 3]>),
+) {
     let g = &built.geometry;
     let nearest = |p: [f64; 3]| {
         let mut best = (f64::MAX, [0.0, 1.0, 0.0]);
@@ -116,38 +128,69 @@ fn wrap(built: &BuiltScene, state: &mut State) -> StageSummary {
     };
     for part in &g.parts {
         let Some(sewn) = &part.garment else { continue };
-        let r = &sewn.rotation;
-        let out = |p: [f64; 3]| sewn.place(p);
         let field = |p: [f64; 3]| {
-            let (distance, n) = nearest(out(p));
-            (
-                distance,
-                std::array::from_fn(|i| (0..3).map(|j| r[j][i] * n[j]).sum()),
-            )
+            let (distance, n) = nearest(sewn.place(p));
+            (distance, sewn.turn_back(n))
         };
-        let wrapping = AssembleSettings {
-            clearance: settings.clearance,
-            iterations: settings.pre_iterations,
+        let settings = AssembleSettings {
+            clearance,
+            iterations: built.scene().assemble.pre_iterations,
             kept: part.hold.clone(),
             ..AssembleSettings::default()
         };
-        let (placed, _) = preassemble(&sewn.mesh, &field, &wrapping);
         let (x, _) = state.q.as_chunks_mut::<3>();
-        for (k, p) in placed.into_iter().enumerate() {
-            let point = g.order.new_of_old[part.points.start as usize + k];
-            x[point as usize] = out(p);
+        let point = |k: u32| g.order.new_of_old[k as usize] as usize;
+        let places = part.points.clone().map(|k| sewn.place_back(x[point(k)]));
+        let mut places: Vec<[f64; 3]> = places.collect();
+        work(sewn, &field, &settings, &mut places);
+        for (k, p) in part.points.clone().zip(places) {
+            x[point(k)] = sewn.place(p);
         }
     }
+}
+
+fn wrap(built: &BuiltScene, state: &mut State) -> StageSummary {
+    let clock = Instant::now();
+    let clearance = built.scene().assemble.clearance;
+    on_garments(built, state, clearance, &|sewn, field, settings, x| {
+        *x = preassemble(&sewn.mesh, field, settings).0;
+        take_apart(built, sewn, field, settings, x);
+    });
     let what = "geometry alone, no forces";
     summarise(built, state, empty("wrap", what, clock))
 }
 
+/// Largest move of a crossing in one round, in edge lengths.
+const UNTANGLE_STEP: f64 = 0.4;
+
+/// Takes a garment that crosses itself apart, by geometry.
+fn take_apart(
+    built: &BuiltScene,
+    sewn: &Sewn,
+    field: BodyField<'_>,
+    settings: &AssembleSettings,
+    x: &mut Vec<[f64; 3]>,
+) {
+    let mesh = &sewn.mesh;
+    let step = UNTANGLE_STEP * mesh.settings.edge_length;
+    let mut broad = broad_phase(built.scene().contact.broad_phase);
+    let mut pass = Untangle::new(&mesh.triangles);
+    let mut shorten = |x: &mut [[f64; 3]]| {
+        let crossings = pass.pass(x.as_flattened_mut(), step, broad.as_mut());
+        let corners = crossings.iter().flat_map(|c| {
+            let [a, b] = c.edge;
+            mesh.triangles[c.triangle as usize]
+                .into_iter()
+                .chain([a, b])
+        });
+        corners.collect()
+    };
+    untangle(mesh, x, field, settings, &mut shorten);
+}
+
 /// What has not crossed yet is kept apart from the start; what has crossed
 /// can only come free without contact of cloth with cloth.
-fn stages(
-    built: &BuiltScene,
-    crossed: bool,
-) -> [(&'static str, &'static str, StageOptions); 2] {
+fn stages(built: &BuiltScene, crossed: bool) -> [(&'static str, &'static str, StageOptions); 2] {
     let a = &built.scene().assemble;
     let drape = built.drape_stage();
     let stage = |self_contact: bool, duration: f64, stiffness_start: f64| StageOptions {

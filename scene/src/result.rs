@@ -62,7 +62,8 @@ pub(crate) fn figures(built: &BuiltScene, q: &[f64], time: f64) -> Figures {
     let mut broad = broad_phase(built.scene().contact.broad_phase);
     let crossings = self_intersections(q, g.mesh.triangles(), broad.as_mut());
     // A point's panel is that of the first triangle around it.
-    let part = |t: usize| g.panel_names[usize::from(g.scene_panel[g.triangle_order[t] as usize])].clone();
+    let part =
+        |t: usize| g.panel_names[usize::from(g.scene_panel[g.triangle_order[t] as usize])].clone();
     let around = |corners: &[u32]| {
         let mut all = g.mesh.triangles().iter();
         all.position(|t| corners.iter().all(|c| t.contains(c)))
@@ -70,7 +71,10 @@ pub(crate) fn figures(built: &BuiltScene, q: &[f64], time: f64) -> Figures {
     let penetration = (deepest > 0.0).then(|| Defect {
         kind: "penetration",
         at: points[deepest_point],
-        parts: around(&[deepest_point as u32]).map(part).into_iter().collect(),
+        parts: around(&[deepest_point as u32])
+            .map(part)
+            .into_iter()
+            .collect(),
         depth_m: Some(deepest),
     });
     let crossing = |c: &Intersection| {
@@ -116,7 +120,11 @@ fn max_drop(built: &BuiltScene, points: &[[f64; 3]]) -> Option<f64> {
     let top = |heights: &mut dyn Iterator<Item = f64>| heights.fold(f64::NEG_INFINITY, f64::max);
     let garments = g.parts.iter().filter_map(|part| {
         let sewn = part.garment.as_ref()?;
-        let before = top(&mut sewn.mesh.points_initial.iter().map(|&p| height(&sewn.place(p))));
+        let before = top(&mut sewn
+            .mesh
+            .points_initial
+            .iter()
+            .map(|&p| height(&sewn.place(p))));
         let after = top(&mut part
             .points
             .clone()

@@ -104,8 +104,9 @@ pub struct AssembleReport {
 /// until no edge is stretched by more than the target, or nothing improves.
 /// Over gathered seams the shorter side's length counts. Where an arm is in
 /// the way of panels that hang, they first fall without feeling it, held at
-/// the edges in [`AssembleSettings::held`]. Points of different layers repel
-/// each other. The result has the same bits every time.
+/// the edges in [`AssembleSettings::held`]. Where much stretch is left, as of a
+/// hem that closed around a foot, nothing goes below the ankles if that helps.
+/// Points of different layers repel each other. The result has the same bits every time.
 ///
 /// Fields that are not finite count as far away.
 pub fn preassemble(
@@ -127,6 +128,38 @@ pub fn preassemble(
     }
     coarse.reverse();
     let levels: Vec<&GarmentMesh> = coarse.iter().chain([garment]).collect();
+    let free = attempt(&levels, body, settings);
+    if free.0.iter().all(|p| p[1] > ANKLE) {
+        return free;
+    }
+    let above_the_feet = |p: [f64; 3]| {
+        let (distance, normal) = body(p);
+        let above = p[1] - ANKLE;
+        if above < distance {
+            (above, [0.0, 1.0, 0.0])
+        } else {
+            (distance, normal)
+        }
+    };
+    let lifted = attempt(&levels, &above_the_feet, settings);
+    if lifted.1.stretch_max < MUCH_BETTER * free.1.stretch_max {
+        lifted
+    } else {
+        free
+    }
+}
+
+/// Height of the ankles above the ground, `y = 0` [m].
+const ANKLE: f64 = 0.08;
+/// Largest stretch above the feet, against that without this, below which it
+/// is taken.
+const MUCH_BETTER: f64 = 0.5;
+
+fn attempt(
+    levels: &[&GarmentMesh],
+    body: BodyField<'_>,
+    settings: &AssembleSettings,
+) -> (Vec<[f64; 3]>, AssembleReport) {
     let mut report = AssembleReport::default();
     let mut x = levels[0].points_initial.clone();
     for (i, mesh) in levels.iter().enumerate() {
@@ -135,6 +168,7 @@ pub fn preassemble(
         }
         let sheet = Sheet::new(mesh);
         let kept = Hold::new(mesh, &settings.kept, &mesh.points_initial);
+        let mut repel = Repel::new(mesh);
         let budget = (settings.iterations >> i).max(50);
         let mut iterations = 0;
         if i == 0 {
@@ -143,14 +177,7 @@ pub fn preassemble(
         let field = |_: usize, p: [f64; 3]| body(p);
         let mut guard = BodyGuard::new(&x, &field, settings.clearance);
         let mut done = relax::relax(
-            &sheet,
-            &mut x,
-            &mut guard,
-            settings,
-            None,
-            &kept,
-            &mut Repel::new(mesh),
-            budget,
+            &sheet, &mut x, &mut guard, settings, None, &kept, &mut repel, budget,
         );
         done.iterations += iterations;
         report.levels.push(LevelReport {
@@ -160,8 +187,56 @@ pub fn preassemble(
             converged: done.converged,
         });
     }
-    measure(garment, &x, body, &mut report);
+    measure(levels[levels.len() - 1], &x, body, &mut report);
     (x, report)
+}
+
+/// Most rounds of [`untangle`], and how far from a crossing points may pass each
+/// other, in edges.
+const UNTANGLE_ROUNDS: usize = 300;
+const UNTANGLE_PASSING: usize = 4;
+/// Rounds without progress after which the rest is left to dynamics.
+const UNTANGLE_PATIENCE: usize = 40;
+
+/// Takes cloth that crosses itself apart: turns of `shorten`, which moves the
+/// points of crossings towards each other's end and returns them, and of one
+/// iteration of [`preassemble`], without repulsion near the crossings.
+/// Returns how many points still cross; `x` is that of the best round.
+pub fn untangle(
+    garment: &GarmentMesh,
+    x: &mut Vec<[f64; 3]>,
+    body: BodyField<'_>,
+    settings: &AssembleSettings,
+    shorten: &mut dyn FnMut(&mut [[f64; 3]]) -> Vec<u32>,
+) -> usize {
+    let sheet = Sheet::new(garment);
+    let kept = Hold::new(garment, &settings.kept, &garment.points_initial);
+    let field = |_: usize, p: [f64; 3]| body(p);
+    let mut guard = BodyGuard::new(x, &field, settings.clearance);
+    let mut repel = Repel::new(garment);
+    let mut best = (usize::MAX, Vec::new());
+    let mut stale = 0;
+    for _ in 0..UNTANGLE_ROUNDS {
+        let before = x.clone();
+        let mut crossed = shorten(x);
+        crossed.sort_unstable();
+        crossed.dedup();
+        if crossed.len() < best.0 {
+            best = (crossed.len(), before);
+            stale = 0;
+        }
+        stale += 1;
+        if crossed.is_empty() || stale > UNTANGLE_PATIENCE {
+            break;
+        }
+        for _ in 0..UNTANGLE_PASSING {
+            crossed = sheet.grown(&crossed);
+        }
+        repel.set_passing(&crossed);
+        relax::relax(&sheet, x, &mut guard, settings, None, &kept, &mut repel, 1);
+    }
+    *x = best.1;
+    best.0
 }
 
 /// Lets hanging panels fall when a limb is in their way: without the limb,

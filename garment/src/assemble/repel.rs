@@ -16,6 +16,7 @@ pub(super) struct Repel {
     /// Two-ring neighbours of each point, ascending.
     start: Vec<u32>,
     near: Vec<u32>,
+    passing: Vec<bool>,
     // Hash grid, kept to avoid allocation.
     bucket: Vec<u32>,
     count: Vec<u32>,
@@ -60,6 +61,7 @@ impl Repel {
             distance: DISTANCE * mesh.settings.edge_length,
             start,
             near,
+            passing: vec![false; points],
             bucket: vec![0; points],
             count: vec![0; table + 1],
             sorted: vec![0; points],
@@ -75,6 +77,14 @@ impl Repel {
             ^ (c[1] as u64).wrapping_mul(0xC2B2_AE3D_27D4_EB4F)
             ^ (c[2] as u64).wrapping_mul(0x1656_67B1_9E37_79F9);
         (h ^ (h >> 29)) as usize & (self.count.len() - 2)
+    }
+
+    /// Lets these points pass: they repel nothing from now on.
+    pub(super) fn set_passing(&mut self, points: &[u32]) {
+        self.passing.fill(false);
+        for &p in points {
+            self.passing[p as usize] = true;
+        }
     }
 
     /// Moves points that are too close apart, each by half of what is
@@ -111,7 +121,7 @@ impl Repel {
                 let to = self.count.get(b + 2).map_or(x.len(), |&n| n as usize);
                 for s in from..to {
                     let j = self.sorted[s] as usize;
-                    if j <= i {
+                    if j <= i || self.passing[i] || self.passing[j] {
                         continue;
                     }
                     let d = sub(x[j], x[i]);

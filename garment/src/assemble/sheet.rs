@@ -96,4 +96,19 @@ impl Sheet {
             edge_length: mesh.settings.edge_length,
         }
     }
+
+    /// These points (ascending) and their neighbours, ascending.
+    pub(super) fn grown(&self, points: &[u32]) -> Vec<u32> {
+        let mut grown = points.to_vec();
+        for Link { ends: [i, j], .. } in &self.edges {
+            for (one, other) in [(i, j), (j, i)] {
+                if points.binary_search(one).is_ok() {
+                    grown.push(*other);
+                }
+            }
+        }
+        grown.sort_unstable();
+        grown.dedup();
+        grown
+    }
 }

@@ -201,7 +201,9 @@ pub(super) fn rows(
 fn held_by(built: &BuiltScene) -> String {
     let labels = built.geometry.parts.iter().flat_map(|part| {
         let name = &part.name;
-        part.hold.iter().map(move |label| format!("`{label}` of `{name}`"))
+        part.hold
+            .iter()
+            .map(move |label| format!("`{label}` of `{name}`"))
     });
     let attachments = built.scene().attachment.iter();
     let all: Vec<String> = attachments

@@ -76,6 +76,16 @@ impl Sewn {
         let (r, c) = (&self.rotation, &self.center);
         std::array::from_fn(|i| c[i] + (0..3).map(|j| r[i][j] * p[j]).sum::<f64>())
     }
+
+    /// A point of the scene in the pattern.
+    pub fn place_back(&self, p: [f64; 3]) -> [f64; 3] {
+        self.turn_back(std::array::from_fn(|i| p[i] - self.center[i]))
+    }
+
+    /// A direction of the scene in the pattern.
+    pub fn turn_back(&self, d: [f64; 3]) -> [f64; 3] {
+        std::array::from_fn(|i| (0..3).map(|j| self.rotation[j][i] * d[j]).sum())
+    }
 }
 
 /// Arrays under construction, in the scene's order.

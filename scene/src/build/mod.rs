@@ -2,7 +2,7 @@
 
 mod bodies;
 mod effects;
-mod geometry;
+pub(crate) mod geometry;
 mod holds;
 mod placement;
 mod system;

@@ -401,7 +401,7 @@ pub(super) static ASSEMBLE: Table = Table::new(
         key(
             "pre_iterations",
             integer(0, 1_000_000),
-            "200",
+            "1500",
             "Iterations that bend the panels around the body before sewing.",
         ),
         key(
