@@ -47,7 +47,7 @@ impl Coarsest {
                 row[j] = (row[j] - dot(&row[..j], other)) * self.inverse[j];
             }
             let pivot = row[i] - dot(&row[..i], &row[..i]);
-            if !(pivot > 1e-9 * row[i]) {
+            if pivot.is_nan() || pivot <= 1e-9 * row[i].abs() {
                 return false;
             }
             self.inverse[i] = 1.0 / pivot.sqrt();

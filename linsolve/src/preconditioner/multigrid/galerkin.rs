@@ -5,7 +5,7 @@ use super::level::{Level, rows};
 
 /// Rows of a leaf of the recursion over rows, and rows for one thread.
 const ROWS: usize = 256;
-const SERIAL: usize = 2 * ROWS;
+const SERIAL: usize = 8192;
 
 type Block = [f32; 9];
 
@@ -31,7 +31,7 @@ pub(super) struct Transfer {
 impl Transfer {
     /// Plan for rows in the orders of both levels.
     pub fn new(fine: &Level, coarse: &Level, p: Weights) -> Self {
-        let (n, m) = (fine.rows(), coarse.rows());
+        let m = coarse.rows();
         let mut out = Self {
             pt: p.transposed(m),
             p,
@@ -41,7 +41,7 @@ impl Transfer {
         out.spread_starts.push(0);
         let mut q_columns: Vec<u32> = Vec::new();
         let mut row: Vec<u32> = Vec::new();
-        for (i, neighbours) in neighbours(fine).enumerate().take(n) {
+        for neighbours in neighbours(fine) {
             row.clear();
             for &j in &neighbours {
                 row.extend(out.p.row(j as usize).map(|e| e.0));
@@ -53,7 +53,6 @@ impl Transfer {
                     out.spread.push(row.partition_point(|&k| k < c) as u32);
                 }
             }
-            let _ = i;
             q_columns.extend_from_slice(&row);
             out.q_starts.push(q_columns.len() as u32);
             out.spread_starts.push(out.spread.len() as u32);

@@ -5,7 +5,7 @@ use crate::Pattern;
 /// Neighbours this much weaker than the strongest ones are not aggregated.
 const STRONG: f32 = 0.5;
 /// Damping of the step that smooths the interpolation.
-const DAMPING: f32 = 2.0 / 3.0;
+const DAMPING: f32 = 0.8;
 /// Weights below this are dropped, the others rescaled to sum 1.
 const DROP: f32 = 0.08;
 
@@ -94,7 +94,7 @@ impl Graph {
             for &j in row.iter().filter(|&&j| j as usize != i) {
                 out.columns.push(j);
                 out.weights
-                    .push(common(row, pattern.columns(j as usize)) as f32);
+                    .push((common(row, pattern.columns(j as usize)) as f32).powi(4));
             }
             out.starts.push(out.columns.len() as u32);
         }

@@ -8,7 +8,9 @@ use crate::vector::{From, tree};
 
 /// Rows of a task, and rows below which one thread does the work.
 const ROWS: usize = 512;
-const SERIAL: usize = 2 * ROWS;
+const SERIAL: usize = 8192;
+/// The same for the rows of one colour.
+const SERIAL_COLOUR: usize = 2048;
 
 /// Strictly lower or upper block rows.
 #[derive(Debug, Clone, Default)]
@@ -167,7 +169,7 @@ impl Level {
         } = self;
         for c in colours.windows(2) {
             let (done, rest) = x.split_at_mut(c[0]);
-            rows(c[0], &mut rest[..c[1] - c[0]], &|i, _| {
+            each(c[0], &mut rest[..c[1] - c[0]], SERIAL_COLOUR, &|i, _| {
                 let s = lower.product(i, done);
                 block_times(&inverse[i], &minus(&b[i], &s))
             });
@@ -175,7 +177,7 @@ impl Level {
         // (D + L) x = b is solved: what is left of b is −U x
         for c in colours.windows(2) {
             let later = &x[c[1]..];
-            rows(c[0], &mut r[c[0]..c[1]], &|i, _| {
+            each(c[0], &mut r[c[0]..c[1]], SERIAL_COLOUR, &|i, _| {
                 upper.product(i, later).map(|v| -v)
             });
         }
@@ -195,7 +197,7 @@ impl Level {
         for c in colours.windows(2).rev() {
             let (before, rest) = x.split_at_mut(c[0]);
             let (own, later) = rest.split_at_mut(c[1] - c[0]);
-            rows(c[0], own, &|i, _| {
+            each(c[0], own, SERIAL_COLOUR, &|i, _| {
                 let s = upper.product(i, later);
                 let t = lower.product(i, before);
                 block_times(&inverse[i], &minus(&minus(&b[i], &s), &t))
@@ -224,8 +226,17 @@ pub(super) fn rows(
     out: &mut [[f32; 3]],
     f: &(impl Fn(usize, &[f32; 3]) -> [f32; 3] + Sync),
 ) {
+    each(first, out, SERIAL, f);
+}
+
+fn each(
+    first: usize,
+    out: &mut [[f32; 3]],
+    serial: usize,
+    f: &(impl Fn(usize, &[f32; 3]) -> [f32; 3] + Sync),
+) {
     let n = out.len();
-    tree((From(first, n), out), ROWS, SERIAL, &|(from, out): (
+    tree((From(first, n), out), ROWS, serial, &|(from, out): (
         From,
         &mut [[f32; 3]],
     )| {

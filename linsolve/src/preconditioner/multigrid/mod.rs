@@ -5,7 +5,7 @@ mod galerkin;
 mod graph;
 mod level;
 
-use super::{BlockJacobi, Preconditioner, filtered_diagonal};
+use super::{BlockJacobi, Preconditioner, diagonal::positive_inverse, filtered_diagonal};
 use crate::small::{self, M3};
 use crate::vector::{From, tree};
 use crate::{Bsr, ExplicitOperator, Filter, LinearOperator, LinsolveError, Real};
@@ -16,10 +16,41 @@ use level::Level;
 
 /// Points of the coarsest level, which is factorised.
 const COARSEST: usize = 40;
+/// Points above which an update runs inside the thread pool.
+const HAND_OVER: usize = 8192;
 /// Levels at most; 2D coarsening divides the points by eight or so.
 const LEVELS: usize = 12;
 
-/// Smoothed aggregation: name `"multigrid"`.
+/// One V(1, 1) cycle of smoothed aggregation: name `"multigrid"`.
+///
+/// ```text
+/// x = (D + L)⁻¹ r;   x ← x + P A_c⁻¹ Pᵀ (r − A x);   x ← x + (D + U)⁻¹ (r − A x)
+/// A_c = Pᵀ A P,  recursively;   P = (I − ω D_s⁻¹ L_s) T,   ω = 0.8          [Vanek1996]
+/// ```
+/// * `T` maps every point to its aggregate, a point and its near neighbours.
+///   `P` holds one weight \[1\] for x, y and z alike, rows of sum 1: rigid
+///   translations are exact.
+/// * `L_s`, `D_s`: graph Laplacian of the near neighbours and its diagonal. An
+///   edge weighs the fourth power of the number of neighbours that its ends
+///   have in common, which on a mesh falls with the distance.
+/// * Gauss-Seidel by blocks, colour by colour, forward before and backward
+///   after the correction: the cycle is symmetric, and positive definite
+///   whenever the matrix is, without an estimate of eigenvalues.
+/// * The matrix is the static part with the complete diagonal, filtered to
+///   `S A S + m̄ (I − S)`; the off-diagonal blocks of contacts are ignored.
+/// * At most 40 points are left on the coarsest level, which is factorised; a
+///   graph that no longer coarsens ends with a symmetric sweep.
+///
+/// Deviations from the source: aggregates and weights come from the pattern,
+/// not from the values. They are made once per pattern, an update computes
+/// numbers only, and it remembers nothing of earlier matrices: a run that is
+/// stopped and continued makes the same iterations. Rotations are not among
+/// the coarse motions, positions being unknown here.
+///
+/// Everything is stored in single precision, scaled by a power of two. When a
+/// diagonal block of any level or the coarsest matrix is not positive definite,
+/// block Jacobi stands in until the next update
+/// ([`fell_back`](Self::fell_back)).
 #[derive(Debug, Clone, Default)]
 pub struct Multigrid<T> {
     pattern: Option<u64>,
@@ -32,6 +63,7 @@ pub struct Multigrid<T> {
     transfers: Vec<Transfer>,
     coarsest: Coarsest,
     jacobi: BlockJacobi<T>,
+    scalar_inverse: Vec<T>,
     fallback: bool,
     scale: f64,
     diagonal: Vec<M3>,
@@ -127,7 +159,8 @@ impl<T: Real> Multigrid<T> {
     }
 
     /// False when the matrix is not positive definite.
-    fn fill(&mut self) -> bool {
+    fn fill(&mut self, a: &Bsr<T>) -> bool {
+        self.gather(a);
         let last = self.levels.len() - 1;
         for k in 0..last {
             let (fine, coarse) = self.levels.split_at_mut(k + 1);
@@ -197,17 +230,26 @@ impl<T: Real> Preconditioner<T> for Multigrid<T> {
     ) -> Result<(), LinsolveError> {
         let stat = a.static_part();
         let mean = filtered_diagonal(a, filter, &mut self.diagonal, &mut self.scalars)?;
-        self.jacobi.update(a, filter)?;
         if self.pattern != Some(stat.pattern().id()) {
             self.analyse(stat);
         }
+        self.scalar_inverse.clear();
+        let inverse = self.scalars.iter().map(|&d| positive_inverse(d, mean));
+        self.scalar_inverse.extend(inverse.map(T::from_f64));
         self.scale = (-mean.log2().floor()).clamp(-1000.0, 1000.0).exp2();
         self.projected.clear();
         if let Some(filter) = filter.as_blocks() {
             self.projected.extend(filter.iter().map(|(i, s)| (i, *s)));
         }
-        self.gather(stat);
-        self.fallback = !self.fill();
+        self.fallback = if self.order.len() <= HAND_OVER {
+            !self.fill(stat)
+        } else {
+            // one hand-over to the thread pool instead of one for each kernel
+            rayon::scope(|_| !self.fill(stat))
+        };
+        if self.fallback {
+            self.jacobi.update(a, filter)?;
+        }
         Ok(())
     }
 
@@ -222,7 +264,12 @@ impl<T: Real> Preconditioner<T> for Multigrid<T> {
         });
         self.cycle(0);
         let (x, place, scale) = (&self.levels[0].x, &self.place, self.scale);
-        let z = &mut z.as_chunks_mut::<3>().0[..place.len()];
+        let (z, zs) = z.split_at_mut(3 * place.len());
+        let rest = self.scalar_inverse.iter().zip(&r[z.len()..]);
+        for (z, (&d, &r)) in zs.iter_mut().zip(rest) {
+            *z = d * r;
+        }
+        let z = z.as_chunks_mut::<3>().0;
         let n = z.len();
         tree((From(0, n), z), 1024, 8192, &|(from, z): (
             From,
@@ -249,5 +296,6 @@ impl<T: Real> Preconditioner<T> for Multigrid<T> {
             + 72 * self.diagonal.capacity()
             + 80 * self.projected.capacity()
             + 8 * self.scalars.capacity()
+            + size_of::<T>() * self.scalar_inverse.capacity()
     }
 }
