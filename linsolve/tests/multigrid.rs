@@ -201,6 +201,27 @@ fn indefinite_blocks_fall_back() {
     assert!(!p.fell_back());
 }
 
+/// Levels and colours large enough for several threads give the same bits.
+#[test]
+fn bits_do_not_depend_on_threads() {
+    let a = cloth(160);
+    let b = Random(6).vector(a.dim());
+    let r: Vec<f32> = b.iter().map(|v| *v as f32).collect();
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.expect("a small pool").install(|| {
+            let mut p = Multigrid::<f32>::default();
+            p.update(&a, &NoFilter).expect("definite");
+            let mut z = r.clone();
+            p.apply(&a, &r, &mut z);
+            assert!(!p.fell_back());
+            z.iter().map(|v| v.to_bits()).collect::<Vec<_>>()
+        })
+    };
+    let one = run(1);
+    assert!(run(2) == one && run(4) == one);
+}
+
 /// The same object serves another mesh, and the first one again, bit for bit.
 #[test]
 fn follows_the_pattern() {
