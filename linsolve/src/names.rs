@@ -2,17 +2,18 @@
 
 use crate::{
     BlockIc, BlockJacobi, Chebyshev, Diagonal, Direct, LinearSolver, LinsolveError, Mpcg,
-    MpcgSettings, NoPreconditioner, Preconditioner, Real, ScalarIc,
+    MpcgSettings, Multigrid, NoPreconditioner, Preconditioner, Real, ScalarIc,
 };
 
 /// Valid names for [`preconditioner_by_name`].
-pub const PRECONDITIONERS: [&str; 6] = [
+pub const PRECONDITIONERS: [&str; 7] = [
     "none",
     "diagonal",
     "block-jacobi",
     "ic",
     "block-ic",
     "chebyshev",
+    "multigrid",
 ];
 
 /// Valid names for [`solver_by_name`]; `"refined"` works on `f64` matrices only.
@@ -32,6 +33,7 @@ pub fn preconditioner_by_name<T: Real>(
         "ic" => Box::new(ScalarIc::default()),
         "block-ic" => Box::new(BlockIc::default()),
         "chebyshev" => Box::new(Chebyshev::default()),
+        "multigrid" => Box::new(Multigrid::default()),
         _ => return Err(unknown("preconditioner", name, &PRECONDITIONERS)),
     })
 }

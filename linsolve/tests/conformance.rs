@@ -59,7 +59,16 @@ fn cg<T: Real>(preconditioner: Box<dyn Preconditioner<T>>, tolerance: f64) -> Mp
 
 #[rstest]
 fn cg_double(
-    #[values("none", "diagonal", "block-jacobi", "ic", "block-ic", "chebyshev")] name: &str,
+    #[values(
+        "none",
+        "diagonal",
+        "block-jacobi",
+        "ic",
+        "block-ic",
+        "chebyshev",
+        "multigrid"
+    )]
+    name: &str,
     #[values(0, 60)] contacts: usize,
 ) {
     let p = preconditioner_by_name(name).expect("valid name");
@@ -68,7 +77,16 @@ fn cg_double(
 
 #[rstest]
 fn cg_single(
-    #[values("none", "diagonal", "block-jacobi", "ic", "block-ic", "chebyshev")] name: &str,
+    #[values(
+        "none",
+        "diagonal",
+        "block-jacobi",
+        "ic",
+        "block-ic",
+        "chebyshev",
+        "multigrid"
+    )]
+    name: &str,
     #[values(0, 60)] contacts: usize,
 ) {
     let p = preconditioner_by_name(name).expect("valid name");
@@ -89,7 +107,16 @@ fn direct_on_single(#[values(0, 60)] contacts: usize) {
 
 #[rstest]
 fn refined(
-    #[values("none", "diagonal", "block-jacobi", "ic", "block-ic", "chebyshev")] name: &str,
+    #[values(
+        "none",
+        "diagonal",
+        "block-jacobi",
+        "ic",
+        "block-ic",
+        "chebyshev",
+        "multigrid"
+    )]
+    name: &str,
     #[values(0, 60)] contacts: usize,
 ) {
     let settings = MpcgSettings {

@@ -86,7 +86,7 @@ fn places_of_mistakes() {
         (
             "[solver]\npreconditioner = \"block-jacoby\"\n",
             "s.toml:4:18: `solver.preconditioner`: there is no \"block-jacoby\" (did you mean \
-             `block-jacobi`? one of none, diagonal, block-jacobi, incomplete-cholesky, chebyshev)",
+             `block-jacobi`? one of none, diagonal, block-jacobi, incomplete-cholesky, chebyshev, multigrid)",
         ),
         (
             "[contact]\nthickness = \"2 mm\"\n",

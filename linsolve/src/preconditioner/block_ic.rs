@@ -1,9 +1,10 @@
 //! Incomplete Cholesky without fill, by 3×3 blocks.
 
-use super::triangular::Triangular;
+use super::triangular::{Columns, Triangular};
 use super::{Preconditioner, diagonal::positive_inverse, filtered_diagonal};
 use crate::small::{self, M3};
-use crate::{Bsr, ExplicitOperator, Filter, LinearOperator, LinsolveError, Real};
+use crate::{Bsr, ExplicitOperator, Filter, LinearOperator, LinsolveError, Pattern, Real};
+use wide::f64x4;
 
 /// First shift, relative to the diagonal, and the largest that is tried.
 pub(super) const FIRST_SHIFT: f64 = 1e-3;
@@ -20,8 +21,9 @@ pub(super) const LAST_SHIFT: f64 = 1e6;
 /// `s = 1e-3` and doubling; while `s = 0`, `(L Lᵀ)_ij = A_ij` on the pattern.
 /// The filter enters as `S_i A_ij S_j` and `m̄ (I − S_i)` on the diagonal.
 ///
-/// The solve runs level by level in parallel where levels are wide; a sheet in
-/// Cuthill–McKee order has narrow ones and is solved by one thread.
+/// The solve runs level by level, in parallel where levels are wide; a sheet in
+/// Cuthill–McKee order has narrow ones and is solved by one thread. Everything
+/// that depends on the pattern alone is kept while the pattern stays.
 #[derive(Debug, Clone, Default)]
 pub struct BlockIc<T> {
     factor: Triangular<T>,
@@ -30,13 +32,23 @@ pub struct BlockIc<T> {
     work: Work,
 }
 
-/// Lower rows and factor in double precision, kept between updates.
+/// Plan for a pattern, rows and factor in double precision, kept between
+/// updates. Rows are in the processing order of the solve.
 #[derive(Debug, Clone, Default)]
 struct Work {
-    starts: Vec<usize>,
+    pattern: Option<u64>,
+    /// Point of every row, and row of every point.
+    order: Vec<u32>,
+    place: Vec<u32>,
+    /// Strictly lower rows: row and slot of every block.
+    starts: Vec<u32>,
     columns: Vec<u32>,
-    blocks: Vec<M3>,
-    factor: Vec<M3>,
+    slots: Vec<u32>,
+    /// For every block (i, j): pairs of blocks (i, k), (j, k).
+    pairs: Vec<(u32, u32)>,
+    pair_starts: Vec<u32>,
+    blocks: Vec<Columns>,
+    factor: Vec<Columns>,
     diagonal: Vec<M3>,
     /// Packed `L_ii` and its inverse.
     pivots: Vec<[f64; 6]>,
@@ -55,11 +67,13 @@ impl<T: Real> BlockIc<T> {
     pub fn factor_blocks(&self) -> Vec<(usize, usize, [f64; 9])> {
         let w = &self.work;
         let mut out = Vec::new();
-        for i in 0..w.pivots.len() {
-            for k in w.starts[i]..w.starts[i + 1] {
-                out.push((i, w.columns[k] as usize, w.factor[k]));
+        for (i, &row) in w.place.iter().enumerate() {
+            let row = row as usize;
+            for k in w.starts[row] as usize..w.starts[row + 1] as usize {
+                let j = w.order[w.columns[k] as usize] as usize;
+                out.push((i, j, rows(&w.factor[k])));
             }
-            let l = &w.pivots[i];
+            let l = &w.pivots[row];
             let full = [l[0], 0.0, 0.0, l[1], l[2], 0.0, l[3], l[4], l[5]];
             out.push((i, i, full));
         }
@@ -79,7 +93,11 @@ impl<T: Real> Preconditioner<T> for BlockIc<T> {
     ) -> Result<(), LinsolveError> {
         let w = &mut self.work;
         let mean = filtered_diagonal(a, filter, &mut w.diagonal, &mut w.scalars)?;
-        w.gather(a.static_part(), filter);
+        let stat = a.static_part();
+        if w.pattern != Some(stat.pattern().id()) {
+            w.analyse(stat.pattern(), &mut self.factor);
+        }
+        w.gather(stat, filter);
         self.shift = 0.0;
         while !w.factorise(self.shift) {
             self.shift = (2.0 * self.shift).max(FIRST_SHIFT);
@@ -90,8 +108,7 @@ impl<T: Real> Preconditioner<T> for BlockIc<T> {
                 });
             }
         }
-        self.factor
-            .set(&w.starts, &w.columns, &w.factor, &w.inverses);
+        self.factor.set(&w.factor, &w.inverses);
         self.scalar_inverse.clear();
         let inverse = w.scalars.iter().map(|&d| positive_inverse(d, mean));
         self.scalar_inverse.extend(inverse.map(T::from_f64));
@@ -113,70 +130,133 @@ impl<T: Real> Preconditioner<T> for BlockIc<T> {
         let w = &self.work;
         self.factor.heap_bytes()
             + size_of::<T>() * self.scalar_inverse.capacity()
-            + 8 * (w.starts.capacity() + w.scalars.capacity())
-            + 4 * w.columns.capacity()
-            + 72 * (w.blocks.capacity() + w.factor.capacity() + w.diagonal.capacity())
+            + 8 * (w.pairs.capacity() + w.scalars.capacity())
+            + 4 * (w.order.capacity() + w.place.capacity() + w.starts.capacity())
+            + 4 * (w.columns.capacity() + w.slots.capacity() + w.pair_starts.capacity())
+            + 96 * (w.blocks.capacity() + w.factor.capacity())
+            + 72 * w.diagonal.capacity()
             + 48 * (w.pivots.capacity() + w.inverses.capacity())
     }
 }
 
 impl Work {
-    /// Strictly lower rows of `S A S`.
-    fn gather<T: Real>(&mut self, a: &Bsr<T>, filter: &dyn Filter<T>) {
-        let pattern = a.pattern();
+    /// Slots, order and the pairs of the factorisation.
+    fn analyse<T: Real>(&mut self, pattern: &Pattern, factor: &mut Triangular<T>) {
         let n = pattern.points();
-        let mut projectors: Vec<Option<&M3>> = Vec::new();
-        if let Some(filter) = filter.as_blocks() {
-            projectors.resize(n, None);
-            for (i, s) in filter.iter() {
-                projectors[i] = Some(s);
-            }
-        }
-        let projector = |i: usize| projectors.get(i).copied().flatten();
-        self.starts.clear();
-        self.columns.clear();
-        self.blocks.clear();
-        self.starts.push(0);
+        let (mut starts, mut columns, mut slots) = (vec![0], Vec::new(), Vec::new());
         for i in 0..n {
             for slot in pattern.row(i).start..pattern.diagonal_slot(i) as usize {
-                let j = pattern.all_columns()[slot];
-                let rows = a.block(slot);
-                let mut block: M3 = std::array::from_fn(|k| rows[k / 3][k % 3]);
-                if let Some(s) = projector(i) {
-                    block = small::product(s, &block);
-                }
-                if let Some(s) = projector(j as usize) {
-                    block = small::product(&block, s);
-                }
-                self.columns.push(j);
-                self.blocks.push(block);
+                columns.push(pattern.all_columns()[slot]);
+                slots.push(slot as u32);
             }
-            self.starts.push(self.columns.len());
+            starts.push(columns.len());
+        }
+        factor.analyse(&starts, &columns);
+        self.order.clear();
+        self.order.extend_from_slice(factor.order());
+        self.place.resize(n, 0);
+        for (new, &old) in self.order.iter().enumerate() {
+            self.place[old as usize] = new as u32;
+        }
+        let lists = [
+            &mut self.starts,
+            &mut self.columns,
+            &mut self.slots,
+            &mut self.pair_starts,
+        ];
+        for list in lists {
+            list.clear();
+        }
+        self.pairs.clear();
+        self.starts.push(0);
+        self.pair_starts.push(0);
+        for &i in &self.order {
+            let row = starts[i as usize]..starts[i as usize + 1];
+            let own = self.columns.len();
+            for k in row.clone() {
+                let j = columns[k] as usize;
+                // the row of j is complete: it comes earlier
+                let other = self.starts[self.place[j] as usize] as usize;
+                let (mut p, mut q) = (row.start, starts[j]);
+                while p < k && q < starts[j + 1] {
+                    match columns[p].cmp(&columns[q]) {
+                        std::cmp::Ordering::Less => p += 1,
+                        std::cmp::Ordering::Greater => q += 1,
+                        std::cmp::Ordering::Equal => {
+                            let (p_at, q_at) = (own + p - row.start, other + q - starts[j]);
+                            self.pairs.push((p_at as u32, q_at as u32));
+                            p += 1;
+                            q += 1;
+                        }
+                    }
+                }
+                self.pair_starts.push(self.pairs.len() as u32);
+            }
+            for k in row {
+                self.columns.push(self.place[columns[k] as usize]);
+                self.slots.push(slots[k]);
+            }
+            self.starts.push(self.columns.len() as u32);
+        }
+        self.pattern = Some(pattern.id());
+    }
+
+    /// Strictly lower rows of `S A S` and its diagonal, in processing order.
+    fn gather<T: Real>(&mut self, a: &Bsr<T>, filter: &dyn Filter<T>) {
+        let blocks = a.blocks();
+        self.blocks.resize(self.slots.len(), Columns::default());
+        for (to, &slot) in self.blocks.iter_mut().zip(&self.slots) {
+            let b = blocks[slot as usize].map(T::to_f64);
+            *to = [
+                [b[0], b[1], b[2], 0.0],
+                [b[3], b[4], b[5], 0.0],
+                [b[6], b[7], b[8], 0.0],
+            ];
+        }
+        let Some(filter) = filter.as_blocks() else {
+            return;
+        };
+        for (i, s) in filter.iter() {
+            let row = self.place[i] as usize;
+            for k in self.starts[row] as usize..self.starts[row + 1] as usize {
+                self.blocks[k] = columns(&small::product(s, &rows(&self.blocks[k])));
+            }
+        }
+        if filter.is_empty() {
+            return;
+        }
+        for (block, &j) in self.blocks.iter_mut().zip(&self.columns) {
+            if let Some(s) = filter.projector(self.order[j as usize]) {
+                *block = columns(&small::product(&rows(block), s));
+            }
         }
     }
 
     /// False when a pivot is not positive.
     fn factorise(&mut self, shift: f64) -> bool {
-        self.factor.clone_from(&self.blocks);
+        self.factor.resize(self.blocks.len(), Columns::default());
         self.pivots.clear();
         self.inverses.clear();
-        for i in 0..self.diagonal.len() {
-            let row = self.starts[i]..self.starts[i + 1];
-            for at in row.clone() {
-                let j = self.columns[at] as usize;
-                let mut s = self.factor[at];
-                self.subtract_common(row.start..at, j, &mut s);
-                self.factor[at] = right_solve(&s, &self.inverses[j]);
-            }
-            let mut d = self.diagonal[i];
+        for (i, &point) in self.order.iter().enumerate() {
+            let row = self.starts[i] as usize..self.starts[i + 1] as usize;
+            let mut d = self.diagonal[point as usize];
             let top = d[0].abs().max(d[4].abs()).max(d[8].abs());
             for k in [0, 4, 8] {
                 d[k] += shift * d[k].abs();
             }
-            for l in &self.factor[row] {
-                subtract_product(&mut d, l, l);
+            let mut d = columns(&d).map(f64x4::new);
+            for at in row {
+                let mut s = self.blocks[at].map(f64x4::new);
+                let pairs = self.pair_starts[at] as usize..self.pair_starts[at + 1] as usize;
+                for &(p, q) in &self.pairs[pairs] {
+                    subtract_product(&mut s, &self.factor[p as usize], &self.factor[q as usize]);
+                }
+                let l = right_solve(&s, &self.inverses[self.columns[at] as usize]);
+                let l = l.map(f64x4::to_array);
+                subtract_product(&mut d, &l, &l);
+                self.factor[at] = l;
             }
-            match small::cholesky(&d, 1e-12 * top) {
+            match small::cholesky(&rows(&d.map(f64x4::to_array)), 1e-12 * top) {
                 Some(l) => {
                     self.inverses.push(small::invert_lower(&l));
                     self.pivots.push(l);
@@ -186,45 +266,34 @@ impl Work {
         }
         true
     }
+}
 
-    /// `s −= Σ_k L_ik L_jkᵀ` over the columns that rows i (in `head`) and j share.
-    fn subtract_common(&self, head: std::ops::Range<usize>, j: usize, s: &mut M3) {
-        let (mut p, mut q) = (head.start, self.starts[j]);
-        while p < head.end && q < self.starts[j + 1] {
-            match self.columns[p].cmp(&self.columns[q]) {
-                std::cmp::Ordering::Less => p += 1,
-                std::cmp::Ordering::Greater => q += 1,
-                std::cmp::Ordering::Equal => {
-                    subtract_product(s, &self.factor[p], &self.factor[q]);
-                    p += 1;
-                    q += 1;
-                }
-            }
-        }
-    }
+fn columns(b: &M3) -> Columns {
+    [0, 1, 2].map(|c| [b[c], b[3 + c], b[6 + c], 0.0])
+}
+
+fn rows(b: &Columns) -> M3 {
+    std::array::from_fn(|k| b[k % 3][k / 3])
 }
 
 /// `s −= a bᵀ`.
 #[inline(always)]
-fn subtract_product(s: &mut M3, a: &M3, b: &M3) {
-    for r in 0..3 {
+fn subtract_product(s: &mut [f64x4; 3], a: &Columns, b: &Columns) {
+    for k in 0..3 {
+        let column = f64x4::new(a[k]);
         for c in 0..3 {
-            s[3 * r + c] -=
-                a[3 * r] * b[3 * c] + a[3 * r + 1] * b[3 * c + 1] + a[3 * r + 2] * b[3 * c + 2];
+            s[c] = column.mul_neg_add(f64x4::splat(b[k][c]), s[c]);
         }
     }
 }
 
 /// `s L⁻ᵀ` from the packed inverse of `L`.
 #[inline(always)]
-fn right_solve(s: &M3, inverse: &[f64; 6]) -> M3 {
-    let [a, b, c, d, e, f] = *inverse;
-    std::array::from_fn(|k| {
-        let row = &s[k / 3 * 3..][..3];
-        match k % 3 {
-            0 => a * row[0],
-            1 => b * row[0] + c * row[1],
-            _ => d * row[0] + e * row[1] + f * row[2],
-        }
-    })
+fn right_solve(s: &[f64x4; 3], inverse: &[f64; 6]) -> [f64x4; 3] {
+    let [a, b, c, d, e, f] = inverse.map(f64x4::splat);
+    [
+        a * s[0],
+        b.mul_add(s[0], c * s[1]),
+        d.mul_add(s[0], e.mul_add(s[1], f * s[2])),
+    ]
 }

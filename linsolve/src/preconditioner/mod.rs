@@ -4,6 +4,7 @@ mod block_ic;
 mod block_jacobi;
 mod chebyshev;
 mod diagonal;
+mod multigrid;
 mod scalar_ic;
 mod triangular;
 
@@ -11,6 +12,7 @@ pub use block_ic::BlockIc;
 pub use block_jacobi::BlockJacobi;
 pub use chebyshev::Chebyshev;
 pub use diagonal::{Diagonal, NoPreconditioner};
+pub use multigrid::Multigrid;
 pub use scalar_ic::ScalarIc;
 
 use crate::{ExplicitOperator, Filter, LinearOperator, LinsolveError, Real, small};

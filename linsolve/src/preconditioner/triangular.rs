@@ -10,16 +10,25 @@ use std::ops::Range;
 const WIDE: usize = 1024;
 const ROWS: usize = 256;
 
+/// Columns of a block, padded to the width of a vector instruction.
+pub(super) type Columns = [[f64; 4]; 3];
+
 /// `(L Lᵀ)⁻¹` for a block lower triangular `L`, both triangles stored by rows
 /// in processing order.
+///
+/// Rows are processed by depth of dependence. Even where a level is too narrow
+/// for several threads, its rows do not wait for each other in the processor.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Triangular<T> {
     lower: Rows<T>,
     upper: Rows<T>,
+    /// Of every block of `upper`, the one of `lower` it is the transpose of.
+    mirror: Vec<u32>,
     /// Inverse of `L_ii`, packed lower.
     diagonal: Vec<[T; 6]>,
-    /// Old row of each processed row; empty for natural order.
+    /// Point of each processed row.
     order: Vec<u32>,
+    /// Empty when one thread walks all rows.
     levels: Vec<Range<usize>>,
     work: Vec<[T; 3]>,
 }
@@ -32,6 +41,7 @@ struct Rows<T> {
 }
 
 impl<T: Real> Rows<T> {
+    #[inline(always)]
     fn product(&self, i: usize, x: &[[T; 3]]) -> [T; 3] {
         let row = self.starts[i]..self.starts[i + 1];
         row_product(&self.columns[row.clone()], &self.blocks[row], x)
@@ -45,50 +55,29 @@ impl<T: Real> Rows<T> {
 }
 
 impl<T: Real> Triangular<T> {
-    /// From strictly lower rows (`starts`, `columns`, row-major blocks) and the
-    /// inverted diagonal factors.
-    pub(super) fn set(
-        &mut self,
-        starts: &[usize],
-        columns: &[u32],
-        blocks: &[[f64; 9]],
-        diagonal: &[[f64; 6]],
-    ) {
-        let n = diagonal.len();
+    /// Order and pattern from strictly lower rows (`starts`, `columns`, by point).
+    pub(super) fn analyse(&mut self, starts: &[usize], columns: &[u32]) {
+        let n = starts.len() - 1;
         self.schedule(starts, columns);
-        let natural = self.order.is_empty();
-        let mut place: Vec<u32> = (0..n as u32).collect();
+        let mut place = vec![0u32; n];
         for (new, &old) in self.order.iter().enumerate() {
             place[old as usize] = new as u32;
         }
-        let old = |new: usize| {
-            if natural {
-                new
-            } else {
-                self.order[new] as usize
-            }
-        };
-        let lower = &mut self.lower;
+        // first block of every point's row in processing order
+        let mut first = vec![0; n];
+        let (lower, upper) = (&mut self.lower, &mut self.upper);
         lower.starts.clear();
         lower.columns.clear();
-        lower.blocks.clear();
         lower.starts.push(0);
-        self.diagonal.clear();
-        for new in 0..n {
-            let i = old(new);
-            for k in starts[i]..starts[i + 1] {
-                lower.columns.push(place[columns[k] as usize]);
-                // stored column by column
-                lower.blocks.push(std::array::from_fn(|e| {
-                    T::from_f64(blocks[k][3 * (e % 3) + e / 3])
-                }));
-            }
+        for &i in &self.order {
+            let i = i as usize;
+            first[i] = lower.columns.len();
+            let row = columns[starts[i]..starts[i + 1]].iter();
+            lower.columns.extend(row.map(|&j| place[j as usize]));
             lower.starts.push(lower.columns.len());
-            self.diagonal.push(diagonal[i].map(T::from_f64));
         }
         // transposed by counting; rows are visited in natural order so that
         // the order of a sum does not depend on the schedule
-        let upper = &mut self.upper;
         upper.starts.clear();
         upper.starts.resize(n + 1, 0);
         for &j in columns {
@@ -97,18 +86,46 @@ impl<T: Real> Triangular<T> {
         for i in 0..n {
             upper.starts[i + 1] += upper.starts[i];
         }
+        upper.columns.clear();
         upper.columns.resize(columns.len(), 0);
-        upper.blocks.resize(columns.len(), [T::ZERO; 9]);
+        self.mirror.clear();
+        self.mirror.resize(columns.len(), 0);
         let mut fill = upper.starts.clone();
         for i in 0..n {
             for k in starts[i]..starts[i + 1] {
                 let at = &mut fill[place[columns[k] as usize] as usize];
                 upper.columns[*at] = place[i];
-                upper.blocks[*at] = blocks[k].map(T::from_f64);
+                self.mirror[*at] = (first[i] + k - starts[i]) as u32;
                 *at += 1;
             }
         }
+        for rows in [lower, upper] {
+            rows.blocks.clear();
+            rows.blocks.resize(columns.len(), [T::ZERO; 9]);
+        }
+        self.diagonal.clear();
+        self.diagonal.resize(n, [T::ZERO; 6]);
+        self.work.clear();
         self.work.resize(n, [T::ZERO; 3]);
+    }
+
+    /// Point of each row in processing order.
+    pub(super) fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// Blocks and inverted diagonal factors, both in processing order.
+    pub(super) fn set(&mut self, blocks: &[Columns], diagonal: &[[f64; 6]]) {
+        for (to, b) in self.lower.blocks.iter_mut().zip(blocks) {
+            *to = std::array::from_fn(|e| T::from_f64(b[e / 3][e % 3]));
+        }
+        for (to, &k) in self.upper.blocks.iter_mut().zip(&self.mirror) {
+            let b = &blocks[k as usize];
+            *to = std::array::from_fn(|e| T::from_f64(b[e % 3][e / 3]));
+        }
+        for (to, d) in self.diagonal.iter_mut().zip(diagonal) {
+            *to = d.map(T::from_f64);
+        }
     }
 
     /// Rows of equal depth of dependence are independent.
@@ -122,11 +139,11 @@ impl<T: Real> Triangular<T> {
         let count = level.iter().max().map_or(0, |&m| m as usize + 1);
         self.order.clear();
         self.levels.clear();
+        self.order.extend(0..n as u32);
+        self.order.sort_by_key(|&i| level[i as usize]);
         if n < WIDE * count {
             return;
         }
-        self.order.extend(0..n as u32);
-        self.order.sort_by_key(|&i| level[i as usize]);
         let mut start = 0;
         while start < n {
             let l = level[self.order[start] as usize];
@@ -142,12 +159,12 @@ impl<T: Real> Triangular<T> {
         let n = self.diagonal.len();
         let mut work = std::mem::take(&mut self.work);
         let y = work.as_mut_slice();
-        if self.order.is_empty() {
+        if self.levels.is_empty() {
             for i in 0..n {
-                y[i] = self.forward(i, &r[i], y);
+                y[i] = self.forward(i, &r[self.order[i] as usize], y);
             }
             for i in (0..n).rev() {
-                z[i] = self.backward(i, &y[i], z);
+                y[i] = self.backward(i, &y[i], y);
             }
         } else {
             for level in &self.levels {
@@ -164,9 +181,9 @@ impl<T: Real> Triangular<T> {
                     self.backward_from(i, own, done, cut)
                 });
             }
-            for (y, &i) in y.iter().zip(&self.order) {
-                z[i as usize] = *y;
-            }
+        }
+        for (y, &i) in y.iter().zip(&self.order) {
+            z[i as usize] = *y;
         }
         self.work = work;
     }
@@ -245,7 +262,7 @@ impl<T: Real> Triangular<T> {
             + self.upper.heap_bytes()
             + size_of::<[T; 6]>() * self.diagonal.capacity()
             + size_of::<[T; 3]>() * self.work.capacity()
-            + 4 * self.order.capacity()
+            + 4 * (self.order.capacity() + self.mirror.capacity())
     }
 }
 
@@ -277,7 +294,12 @@ mod tests {
             .map(|i| [1.0, number(i), 2.0, 0.3, number(i + 5), 1.5])
             .collect();
         let mut t = Triangular::<f64>::default();
-        t.set(&starts, &columns, &blocks, &diagonal);
+        t.analyse(&starts, &columns);
+        // generations are levels: the processing order is the natural one
+        assert!(t.order().iter().enumerate().all(|(k, &i)| k == i as usize));
+        let pad = |b: &[f64; 9]| [0, 1, 2].map(|c| [b[c], b[3 + c], b[6 + c], 0.0]);
+        let padded: Vec<Columns> = blocks.iter().map(pad).collect();
+        t.set(&padded, &diagonal);
         assert!(t.level_count() >= 3, "{}", t.level_count());
         let r: Vec<f64> = (0..3 * n).map(number).collect();
         let mut z = vec![0.0; 3 * n];

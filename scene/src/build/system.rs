@@ -90,6 +90,7 @@ fn solver<T: Real>(
         PreconditionerKind::BlockJacobi => "block-jacobi",
         PreconditionerKind::IncompleteCholesky => "block-ic",
         PreconditionerKind::Chebyshev => "chebyshev",
+        PreconditionerKind::Multigrid => "multigrid",
     };
     solver_by_name::<T>(kind, preconditioner, settings)
 }

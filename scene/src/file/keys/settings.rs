@@ -199,6 +199,10 @@ pub(super) static SOLVER: Table = Table::new(
                 ("block-jacobi", "inverse 3×3 diagonal blocks"),
                 ("incomplete-cholesky", "block incomplete Cholesky, IC(0)"),
                 ("chebyshev", "Chebyshev polynomial on block-jacobi"),
+                (
+                    "multigrid",
+                    "algebraic multigrid: iterations hardly grow with the number of points",
+                ),
             ]),
             "\"block-jacobi\"",
             "Preconditioner of `cg` and `refined`.",

@@ -204,6 +204,8 @@ pub enum PreconditionerKind {
     IncompleteCholesky,
     /// Chebyshev polynomial on block-jacobi.
     Chebyshev,
+    /// Algebraic multigrid by smoothed aggregation.
+    Multigrid,
 }
 
 /// Precision of the linear systems.
