@@ -219,6 +219,39 @@ fn off_is_absent() {
     }
 }
 
+/// Coefficients come from the materials, a geometric mean for two of them,
+/// unless the scene names one for all; none are left where one side is smooth.
+#[test]
+fn friction_of_materials() {
+    let scene = format!("{BARE}{BALL}");
+    let reason = |set: &Set| {
+        let built = build(&scene, set);
+        ["friction on bodies", "friction of cloth on cloth"].map(|name| {
+            let row = row(&built.effects, name);
+            row.on.then(|| row.reason.clone())
+        })
+    };
+    let own = |mu: f64| Some(format!("anchored, coefficient {mu} (of the materials)"));
+    assert_eq!(reason(&[]), [own(0.3), own(0.3)]);
+    let rough = ("fabric.plain.friction", "1.2");
+    assert_eq!(reason(&[rough]), [own(0.6), own(1.2)]);
+    let said = Some("anchored, coefficient 0.2 (`contact.friction`)".to_owned());
+    let all = [rough, ("contact.friction", "0.2")];
+    assert_eq!(reason(&all), [said.clone(), said]);
+    assert_eq!(reason(&[("body.0.friction", "0")]), [None, own(0.3)]);
+    let smooth = ("fabric.plain.friction", "0");
+    assert_eq!(reason(&[smooth]), [None, None]);
+    let (a, b) = (
+        build(&scene, &[smooth]),
+        build(&scene, &[("contact.friction_model", "none")]),
+    );
+    assert_eq!(
+        a.simulation.plan().heap_bytes(),
+        b.simulation.plan().heap_bytes()
+    );
+    assert!(after(a.simulation, 25).0 == after(b.simulation, 25).0);
+}
+
 /// Contact that never happens leaves no trace in the motion: a sheet in free
 /// fall far above a body has the bits of one without any body.
 #[test]

@@ -144,18 +144,30 @@ pub(super) fn rows(
         FrictionModel::Lagged => "lagged",
         FrictionModel::None => "none",
     };
-    let mu = scene.body.iter().map(|b| b.friction).fold(0.0, f64::max);
+    let range = |[low, high]: [f64; 2]| {
+        let source = match scene.contact.friction {
+            Some(_) => "`contact.friction`",
+            None => "of the materials",
+        };
+        let round = |mu: f64| (1e3 * mu).round() / 1e3;
+        if low == high {
+            format!("{model}, coefficient {} ({source})", round(high))
+        } else {
+            let (low, high) = (round(low), round(high));
+            format!("{model}, coefficients {low} to {high} ({source})")
+        }
+    };
+    let coefficients = built.friction();
     add(
         "friction on bodies",
-        rubs(mu, !built.bodies.is_empty()).then_some((0, 0)),
-        format!("{model}, coefficient up to {mu}"),
+        rubs(coefficients.on_bodies[1], !built.bodies.is_empty()).then_some((0, 0)),
+        range(coefficients.on_bodies),
         "no body with friction",
     );
-    let mu = scene.contact.friction;
     add(
         "friction of cloth on cloth",
-        rubs(mu, wanted && stage.self_contact).then_some((0, 0)),
-        format!("{model}, coefficient {mu}"),
+        rubs(coefficients.on_cloth[1], wanted && stage.self_contact).then_some((0, 0)),
+        range(coefficients.on_cloth),
         "no self-contact, or no friction",
     );
     let r = &settings.relaxation;

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use selvedge_collision::{
     Aabb, Body, BodyContact, CollisionError, CollisionMesh, ContactQuadratic, ContactSource,
-    ContactStiffness, Friction, FrictionAnchored, FrictionLagged, SelfContact,
+    ContactStiffness, Friction, FrictionAnchored, FrictionLagged, SelfContact, pair_friction,
 };
 use selvedge_energy::DofLayout;
 use selvedge_integrator::{
@@ -43,6 +43,15 @@ pub struct BuiltScene {
     pub bodies: Vec<BuiltBody>,
     /// Findings that do not stop a run.
     pub warnings: Diagnostics,
+}
+
+/// Least and greatest coefficient of each kind of contact \[1\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrictionRange {
+    /// Cloth on cloth.
+    pub on_cloth: [f64; 2],
+    /// Cloth on bodies; zeros without bodies.
+    pub on_bodies: [f64; 2],
 }
 
 /// What differs between the stages of a garment's assembly and the drape.
@@ -263,6 +272,51 @@ impl BuiltScene {
         }
     }
 
+    /// Least and greatest coefficients of friction that the materials give.
+    pub fn friction(&self) -> FrictionRange {
+        let range = |values: &mut dyn Iterator<Item = f64>| {
+            values
+                .map(|v| [v, v])
+                .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+                .unwrap_or_default()
+        };
+        let g = &self.geometry;
+        let of_cloth = |f: &u16| self.fabric_friction(*f);
+        let cloth = range(&mut g.mesh.fabric().iter().map(of_cloth));
+        let bodies = range(&mut self.bodies.iter().filter_map(|b| b.body.friction()));
+        FrictionRange {
+            on_cloth: cloth,
+            on_bodies: [0, 1].map(|i| pair_friction(cloth[i], bodies[i])),
+        }
+    }
+
+    fn fabric_friction(&self, fabric: u16) -> f64 {
+        let own = self.geometry.fabrics[usize::from(fabric)].friction;
+        self.scene().contact.friction.unwrap_or(own)
+    }
+
+    /// Coefficient of the cloth at every point: the mean over the triangles
+    /// around it, weighted by area.
+    fn point_friction(&self) -> Vec<f64> {
+        let mesh = &self.geometry.mesh;
+        let mut sums = vec![[0.0; 2]; mesh.points()];
+        let mut equal = true;
+        let first = mesh.fabric().first().map(|f| self.fabric_friction(*f));
+        for (t, points) in mesh.triangles().iter().enumerate() {
+            let (mu, area) = (self.fabric_friction(mesh.fabric()[t]), mesh.rest_area(t));
+            equal &= Some(mu) == first;
+            for p in points {
+                sums[*p as usize][0] += area * mu;
+                sums[*p as usize][1] += area;
+            }
+        }
+        match first {
+            // Without the round-off of a mean.
+            Some(mu) if equal => vec![mu; mesh.points()],
+            _ => sums.iter().map(|[s, a]| s / a).collect(),
+        }
+    }
+
     fn contacts(
         &self,
         stage: &StageOptions,
@@ -270,6 +324,7 @@ impl BuiltScene {
         pins: Option<&holds::BuiltPins>,
     ) -> Result<Vec<Box<dyn ContactSource>>, CollisionError> {
         let c = &self.scene().contact;
+        let rubs = self.friction();
         let friction = |coefficient: f64| match c.friction_model {
             _ if !stage.friction || coefficient <= 0.0 => None,
             FrictionModel::None => None,
@@ -288,12 +343,6 @@ impl BuiltScene {
         if !self.bodies.is_empty() {
             let bodies: Vec<Arc<dyn Body>> = self.bodies.iter().map(|b| b.body.clone()).collect();
             let still: Vec<bool> = self.bodies.iter().map(|b| !b.moves).collect();
-            let most = self
-                .scene()
-                .body
-                .iter()
-                .map(|b| b.friction)
-                .fold(0.0, f64::max);
             let mut contact = BodyContact::new(masses.len(), bodies)
                 .with_potential(quadratic(
                     ContactQuadratic::body(),
@@ -301,8 +350,10 @@ impl BuiltScene {
                     c.body_stiffness,
                 ))
                 .with_still(&still)?;
-            if let Some(friction) = friction(most) {
-                contact = contact.with_friction(friction, masses)?;
+            if let Some(friction) = friction(rubs.on_bodies[1]) {
+                contact = contact
+                    .with_friction(friction, masses)?
+                    .with_coefficients(self.point_friction())?;
             }
             if let Some(pins) = pins {
                 let filter = &pins.pins.filter;
@@ -334,8 +385,10 @@ impl BuiltScene {
                     c.thickness,
                     c.stiffness,
                 ));
-            if let Some(friction) = friction(c.friction) {
-                contact = contact.with_friction(friction, masses)?;
+            if let Some(friction) = friction(rubs.on_cloth[1]) {
+                contact = contact
+                    .with_friction(friction, masses)?
+                    .with_coefficients(self.point_friction())?;
             }
             contacts.push(Box::new(contact));
         }

@@ -332,11 +332,11 @@ pub(super) static CONTACT: Table = Table::new(
             "Distance that cloth keeps from bodies.",
         )
         .hint("m, not mm"),
-        key(
+        optional(
             "friction",
             number("", Range::zero_to(100.0)),
-            "0.3",
-            "Coulomb friction coefficient of cloth on cloth; bodies have their own.",
+            "Coulomb friction coefficient of every pair, cloth on cloth and cloth on bodies, \
+             instead of the geometric mean of the two materials' own coefficients.",
         ),
         key(
             "friction_model",

@@ -277,8 +277,9 @@ pub struct ContactSettings {
     pub thickness: f64,
     /// Distance that cloth keeps from bodies \[m\].
     pub body_thickness: f64,
-    /// Coulomb friction coefficient of cloth on cloth; bodies have their own.
-    pub friction: f64,
+    /// Coulomb friction coefficient of every pair, instead of the materials' own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
     /// Friction.
     pub friction_model: FrictionModel,
 }
