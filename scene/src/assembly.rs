@@ -74,6 +74,7 @@ pub(crate) fn assemble(
             }
         };
         state = simulation.state().clone();
+        built.cloth_alone(&mut state);
         let counters = simulation.counters();
         summaries.push(summarise(
             built,

@@ -41,6 +41,7 @@ pub(crate) struct Figures {
 
 pub(crate) fn figures(built: &BuiltScene, q: &[f64], time: f64) -> Figures {
     let g = &built.geometry;
+    let q = &q[..3 * g.mesh.points()];
     let (points, _) = q.as_chunks::<3>();
     let mut deepest = 0.0_f64;
     let mut samples = Vec::new();
@@ -80,7 +81,7 @@ pub(crate) struct Maps {
 pub(crate) fn maps(built: &BuiltScene, simulation: &mut Simulation) -> Maps {
     let g = &built.geometry;
     let state = simulation.state().clone();
-    let (points, _) = state.q.as_chunks::<3>();
+    let (points, _) = state.q[..3 * g.mesh.points()].as_chunks::<3>();
     let mut response = ContactResponse::default();
     let at = EvalPoint {
         layout: state.layout,
@@ -158,7 +159,7 @@ pub(crate) fn summary(i: Inputs<'_>) -> Summary {
         rejected_steps: counters.rejected,
         newton_iterations: counters.newton_iterations,
         linear_iterations: counters.linear_iterations,
-        points: state.layout.points,
+        points: i.built.geometry.mesh.points(),
         scalars: state.layout.scalars,
         triangles: i.built.geometry.mesh.triangles().len(),
         peak_memory_bytes: process::peak_memory_bytes(),
@@ -168,6 +169,7 @@ pub(crate) fn summary(i: Inputs<'_>) -> Summary {
         max_abs_edge_strain: figures.max_strain,
         mean_abs_edge_strain: figures.mean_strain,
         max_seam_gap_m: figures.max_seam_gap,
+        trims: i.built.trims.summary(&i.built.parsed, i.simulation),
         kinetic_energy_j: state.kinetic_energy(&i.simulation.plan().inertia.masses),
         residual: i.last.residual,
         error_estimate: None,

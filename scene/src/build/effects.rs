@@ -119,7 +119,13 @@ pub(super) fn rows(
         "points are held exactly".into(),
         "nothing is pinned",
     );
-    add("trims", None, String::new(), "no trims in a scene");
+    let (buttons, holes) = built.trims.counts();
+    add(
+        "trims",
+        term("trim"),
+        format!("buttons: {buttons}, buttonholes: {holes}"),
+        "no buttons",
+    );
 
     let contact = |name: &str| {
         plan.contacts

@@ -116,16 +116,15 @@ impl Geometry {
             .inspect(|_| warnings.extend(findings.clone()))
     }
 
-    /// Values of points brought to the scene's order.
+    /// Values of points brought to the scene's order; those of trims, which
+    /// come after the cloth's, are left out.
     pub fn to_scene<V: Copy>(&self, solver: &[V]) -> Vec<V> {
-        self.order.to_old(solver)
+        self.order.to_old(&solver[..self.order.len()])
     }
 
     /// Flat coordinates brought to the scene's order.
     pub fn flat_to_scene(&self, solver: &[f64]) -> Vec<f64> {
-        self.order
-            .to_old(solver.as_chunks::<3>().0)
-            .into_flattened()
+        self.to_scene(solver.as_chunks::<3>().0).into_flattened()
     }
 
     /// A piece by its name.

@@ -1,11 +1,13 @@
 //! From a scene file to a simulation that holds what the scene calls for.
 
+mod anchor;
 mod bodies;
 mod effects;
 mod geometry;
 mod holds;
 mod placement;
 mod system;
+mod trims;
 
 use std::sync::Arc;
 
@@ -32,6 +34,7 @@ pub use bodies::BuiltBody;
 pub use geometry::{Geometry, Part};
 pub use holds::BuiltAttachment;
 pub use system::broad_phase;
+pub use trims::Trims;
 
 /// A scene whose inputs have been read: meshes, bodies, fabrics.
 pub struct BuiltScene {
@@ -41,6 +44,8 @@ pub struct BuiltScene {
     pub geometry: Geometry,
     /// All obstacles.
     pub bodies: Vec<BuiltBody>,
+    /// Buttons and buttonholes.
+    pub trims: Trims,
     /// Findings that do not stop a run.
     pub warnings: Diagnostics,
 }
@@ -101,6 +106,10 @@ impl BuiltScene {
             }
         };
         warnings.extend(placement::examine(&parsed, &geometry, &bodies));
+        let trims = Trims::new(&parsed, &geometry).unwrap_or_else(|errors| {
+            warnings.extend(errors);
+            Trims::default()
+        });
         if warnings.has_errors() {
             return Err(warnings);
         }
@@ -108,6 +117,7 @@ impl BuiltScene {
             parsed,
             geometry,
             bodies,
+            trims,
             warnings,
         })
     }
@@ -170,12 +180,13 @@ impl BuiltScene {
         }
     }
 
-    /// Puts the simulation of a stage together, from a state in the solver's
-    /// order.
+    /// Puts the simulation of a stage together, from a state of the cloth in
+    /// the solver's order. Trims sit down on it anew; points of theirs in the
+    /// state are left out.
     ///
     /// # Errors
     /// All findings, when one is an error.
-    pub fn simulation(&self, state: State, stage: &StageOptions) -> Result<Built, Diagnostics> {
+    pub fn simulation(&self, mut state: State, stage: &StageOptions) -> Result<Built, Diagnostics> {
         let scene = self.scene();
         let refuse = |message: String| -> Diagnostics {
             Finding::error("scene::plan", self.parsed.locations.name(), message).into()
@@ -193,7 +204,12 @@ impl BuiltScene {
             model::DampingKind::None => DampingKind::Off,
         };
         let model_error = |e: selvedge_shell_model::ModelError| refuse(e.to_string());
-        let masses = lumped_masses(&g.mesh, &fabrics).map_err(model_error)?;
+        let mut masses = lumped_masses(&g.mesh, &fabrics).map_err(model_error)?;
+        self.cloth_alone(&mut state);
+        let trims = self
+            .trims
+            .parts(&self.parsed, state.q.as_chunks::<3>().0)
+            .map_err(refuse)?;
         let mut terms = Vec::new();
         let membrane = membrane_term(&g.mesh, &fabrics, damping).map_err(model_error)?;
         terms.push(Term::fabric(membrane));
@@ -221,6 +237,15 @@ impl BuiltScene {
                 terms.push(term);
             }
         }
+        let mut weightless = Vec::new();
+        if let Some(trims) = trims {
+            terms.push(trims.term);
+            state.q.extend(trims.points.as_flattened());
+            state.v.resize(state.q.len(), 0.0);
+            masses.extend(trims.masses);
+            weightless = trims.weightless;
+            state.layout = DofLayout::points(masses.len());
+        }
         let pins = holds::pins(&self.parsed, g)?;
         let moves = pins.as_ref().is_some_and(|p| p.moves)
             || attachments.iter().any(BuiltAttachment::moves)
@@ -228,14 +253,15 @@ impl BuiltScene {
 
         let collision_error = |e: CollisionError| refuse(e.to_string());
         let contacts = self
-            .contacts(stage, &masses, pins.as_ref())
+            .contacts(stage, &masses[..g.mesh.points()], pins.as_ref())
             .map_err(collision_error)?;
         let system = system::system(scene, &terms, &masses).map_err(|e| refuse(e.to_string()))?;
         let plan = ScenePlan {
-            layout: DofLayout::points(g.mesh.points()),
+            layout: DofLayout::points(masses.len()),
             inertia: Inertia {
                 masses,
                 gravity: stage.gravity,
+                weightless,
             },
             terms,
             contacts,
@@ -254,6 +280,14 @@ impl BuiltScene {
             attachments,
             effects,
         })
+    }
+
+    /// Takes the points of trims out of a state.
+    pub fn cloth_alone(&self, state: &mut State) {
+        let points = self.geometry.mesh.points();
+        state.layout = DofLayout::points(points);
+        state.q.truncate(3 * points);
+        state.v.truncate(3 * points);
     }
 
     /// Whether cloth may touch itself, and why.

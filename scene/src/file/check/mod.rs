@@ -4,6 +4,7 @@
 mod geometry;
 mod hold;
 mod settings;
+mod trim;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -27,6 +28,7 @@ pub(crate) fn check(scene: &SceneFile, locations: &Locations, findings: &mut Dia
     check.cloths();
     check.bodies();
     check.holds();
+    check.trims();
     check.settings();
 }
 
