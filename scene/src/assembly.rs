@@ -9,8 +9,9 @@ use selvedge_integrator::{
     CurvaturePolicy, NewtonSettings, Outcome, RelaxationSettings, Settings, State, StopSettings,
 };
 
-use crate::build::{Built, BuiltScene, StageOptions};
+use crate::build::{Built, BuiltScene, Sewn, StageOptions};
 use crate::driver::{Progress, RunError, chain, tick};
+use crate::file::model::Cloth;
 use crate::result::figures;
 use crate::summary::{StageSummary, Status};
 
@@ -114,7 +115,7 @@ fn wrap(built: &BuiltScene, state: &mut State) -> StageSummary {
         }
         best
     };
-    for part in &g.parts {
+    for (part, cloth) in g.parts.iter().zip(&built.scene().cloth) {
         let Some(sewn) = &part.garment else { continue };
         let (r, c) = (&sewn.rotation, &sewn.center);
         let out = |p: [f64; 3]| -> [f64; 3] {
@@ -130,6 +131,7 @@ fn wrap(built: &BuiltScene, state: &mut State) -> StageSummary {
         let wrapping = AssembleSettings {
             clearance: settings.clearance,
             iterations: settings.pre_iterations,
+            panel_clearance: layers(sewn, cloth, settings.layer_clearance),
             ..AssembleSettings::default()
         };
         let (placed, _) = preassemble(&sewn.mesh, &field, &wrapping);
@@ -141,6 +143,17 @@ fn wrap(built: &BuiltScene, state: &mut State) -> StageSummary {
     }
     let what = "geometry alone, no forces";
     summarise(built, state, empty("wrap", what, clock))
+}
+
+/// Distance that the layer of each panel adds [m]; empty without layers.
+fn layers(sewn: &Sewn, cloth: &Cloth, each: f64) -> Vec<f64> {
+    if !cloth.is_layered() {
+        return Vec::new();
+    }
+    let panels = sewn.mesh.panels.iter();
+    panels
+        .map(|p| f64::from(cloth.layer_of(&p.name)) * each)
+        .collect()
 }
 
 fn stages(built: &BuiltScene) -> [(&'static str, &'static str, StageOptions); 2] {

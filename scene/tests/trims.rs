@@ -153,6 +153,7 @@ report = false
 [[cloth]]
 kind = "pattern"
 file = "tube.json"
+panel_layer = { front = 1 }
 [[body]]
 kind = "capsule"
 from = [0, -0.2, 0]
@@ -176,9 +177,9 @@ panel = "front"
 at = [0.348, 0.05]
 "#;
 
-/// An open garment is closed by its buttons: after sewing and draping every
-/// hole is within a fraction of a millimetre of its place below the button,
-/// and the buttons are on the outside. Unknown panels and places beyond one
+/// An open garment, its front a layer over its back, is closed by its buttons:
+/// after sewing and draping every hole is within a fraction of a millimetre of
+/// its place below the button, and the buttons are on the outside. Unknown panels and places beyond one
 /// are refused.
 #[test]
 fn a_front_is_closed_by_its_buttons() {
@@ -223,11 +224,15 @@ fn a_front_is_closed_by_its_buttons() {
     };
     assert_eq!(
         line("panel = \"back\"", "panel = \"bakc\""),
-        "23:9: `button.0.panel`: cloth \"cloth\" has no panel \"bakc\" (known: back, front)"
+        "24:9: `button.0.panel`: cloth \"cloth\" has no panel \"bakc\" (known: back, front)"
+    );
+    assert_eq!(
+        line("front = 1", "frond = 1"),
+        "16:25: `cloth.0.panel_layer.frond`: the pattern has no panel \"frond\"; there are back, front"
     );
     assert_eq!(
         line("at = [0.348", "at = [0.42"),
-        "32:6: `buttonhole.0.at` = (0.4200, 0.1500) m lies outside of panel `front` (it reaches \
+        "33:6: `buttonhole.0.at` = (0.4200, 0.1500) m lies outside of panel `front` (it reaches \
          from (0.0000, 0.0000) to (0.3600, 0.2000) m)"
     );
 }

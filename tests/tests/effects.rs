@@ -145,6 +145,11 @@ fn each_effect_adds_its_own_part() {
         }
     }
 
+    let layered = build(BARE, &[("cloth.0.layer", "1"), ("contact.friction", "0")]);
+    assert_eq!(contacts(&layered.simulation), ["self-contact"]);
+    assert_eq!(terms(&layered.simulation), ["membrane", "bending"]);
+    assert!(row(&layered.effects, "layers").on && row(&layered.effects, "self-contact").on);
+
     let own = build(BARE, &[("contact.self", "true"), ("contact.friction", "0")]);
     assert_eq!(contacts(&own.simulation), ["self-contact"]);
     assert!(row(&own.effects, "self-contact").on);

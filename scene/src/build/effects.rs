@@ -4,7 +4,7 @@ use selvedge_integrator::{ScenePlan, Settings};
 
 use super::{BuiltScene, StageOptions};
 use crate::effects::EffectRow;
-use crate::file::model::{DampingKind, FrictionModel};
+use crate::file::model::{Cloth, DampingKind, FrictionModel};
 
 pub(super) fn rows(
     built: &BuiltScene,
@@ -118,6 +118,16 @@ pub(super) fn rows(
         pinned,
         "points are held exactly".into(),
         "nothing is pinned",
+    );
+    let layered = scene.cloth.iter().any(Cloth::is_layered);
+    add(
+        "layers",
+        layered.then_some((0, 0)),
+        format!(
+            "outer panels start {} m further out each",
+            scene.assemble.layer_clearance
+        ),
+        "all cloth is in layer 0",
     );
     let (buttons, holes) = built.trims.counts();
     add(

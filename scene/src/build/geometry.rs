@@ -191,6 +191,20 @@ fn add_cloth(
         Ok(added) => added,
         Err(errors) => return findings.extend(errors),
     };
+    if let (ClothShape::Pattern { panel_layer, .. }, Some(mesh)) = (&cloth.shape, &mesh) {
+        for panel in panel_layer.keys() {
+            let names: Vec<&str> = mesh.panels.iter().map(|p| p.name.as_str()).collect();
+            if !names.contains(&panel.as_str()) {
+                let key = format!("panel_layer.{panel}");
+                let message = format!(
+                    "`{}`: the pattern has no panel {panel:?}; there are {}",
+                    path(&key),
+                    names.join(", ")
+                );
+                findings.extend(fail(&key, message));
+            }
+        }
+    }
     let labels = mesh.iter().flat_map(|m| &m.labels);
     let labels = labels
         .map(|(label, points)| (label.clone(), points.iter().map(|p| start + p).collect()))

@@ -27,11 +27,11 @@ use selvedge_shell_model::{
 
 use crate::diagnostic::{Diagnostics, Finding};
 use crate::effects::EffectRow;
-use crate::file::model::{self, FrictionModel, ResidualNormKind, Switch};
+use crate::file::model::{self, Cloth, FrictionModel, ResidualNormKind, Switch};
 use crate::file::{Parsed, SceneFile};
 
 pub use bodies::BuiltBody;
-pub use geometry::{Geometry, Part};
+pub use geometry::{Geometry, Part, Sewn};
 pub use holds::BuiltAttachment;
 pub use system::broad_phase;
 pub use trims::Trims;
@@ -295,6 +295,9 @@ impl BuiltScene {
         match self.scene().contact.self_contact {
             Switch::On => (true, "the scene says so"),
             Switch::Off => (false, "the scene says so"),
+            Switch::Auto if self.scene().cloth.iter().any(Cloth::is_layered) => {
+                (true, "there are layers")
+            }
             Switch::Auto if self.geometry.sewn => (true, "a sewn garment touches itself"),
             Switch::Auto if self.geometry.parts.len() > 1 => {
                 (true, "there are several pieces of cloth")

@@ -26,6 +26,7 @@ pub(crate) fn check(scene: &SceneFile, locations: &Locations, findings: &mut Dia
     check.names();
     check.fabrics();
     check.cloths();
+    check.layers();
     check.bodies();
     check.holds();
     check.trims();

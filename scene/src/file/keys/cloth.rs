@@ -1,8 +1,12 @@
-use super::super::spec::Kind::{Choice, Integers, NamedTexts, Path, Rotation, Text, Texts, Vector};
+use super::super::spec::Kind::{
+    Choice, Integers, NamedIntegers, NamedTexts, Path, Rotation, Text, Texts, Vector,
+};
 use super::super::spec::{
     Key, Range, Table, Variant, derived, integer, key, number, optional, required,
 };
 use super::POSITION;
+
+const MOST_LAYERS: i64 = 100;
 
 pub(super) static CLOTH: Table = Table::new(
     "A piece of cloth.",
@@ -50,6 +54,13 @@ pub(super) static CLOTH: Table = Table::new(
             integer(0, i64::MAX),
             "1",
             "Seed of that displacement.",
+        ),
+        key(
+            "layer",
+            integer(0, MOST_LAYERS),
+            "0",
+            "Place among the layers of clothing, from 0 at the body outwards. Patterns start \
+             `assemble.layer_clearance` further out for each; cloth in layers touches itself.",
         ),
     ],
 )
@@ -144,6 +155,12 @@ static PATTERN: &[Key] = &[
         NamedTexts,
         "{}",
         "Fabric of single panels, by panel name.",
+    ),
+    key(
+        "panel_layer",
+        NamedIntegers { max: MOST_LAYERS },
+        "{}",
+        "Layer of single panels, by panel name, instead of `layer`: an overlapping front, a pocket.",
     ),
     key(
         "hold",

@@ -399,6 +399,13 @@ pub(super) static ASSEMBLE: Table = Table::new(
         )
         .hint("m, not mm or cm"),
         key(
+            "layer_clearance",
+            number("m", Range::zero_to(1.0)),
+            "5e-3",
+            "What `clearance` grows by for every `layer`.",
+        )
+        .hint("m, not mm or cm"),
+        key(
             "pre_iterations",
             integer(0, 1_000_000),
             "200",

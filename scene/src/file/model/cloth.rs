@@ -22,6 +22,8 @@ pub struct Cloth {
     pub noise: f64,
     /// Seed of the displacement.
     pub noise_seed: u64,
+    /// Layer, from 0 at the body outwards.
+    pub layer: u32,
     /// Where its geometry comes from.
     #[serde(flatten)]
     pub shape: ClothShape,
@@ -60,6 +62,8 @@ pub enum ClothShape {
         edge_length: Option<f64>,
         /// Fabric of single panels.
         panel_fabric: BTreeMap<String, String>,
+        /// Layer of single panels.
+        panel_layer: BTreeMap<String, u32>,
         /// Labels of edges attached to the body.
         hold: Vec<String>,
     },
@@ -79,6 +83,25 @@ impl Cloth {
     /// Whether it is sewn from a pattern.
     pub fn is_sewn(&self) -> bool {
         matches!(self.shape, ClothShape::Pattern { .. })
+    }
+
+    /// Layer of a panel, from 0 at the body outwards.
+    pub fn layer_of(&self, panel: &str) -> u32 {
+        match &self.shape {
+            ClothShape::Pattern { panel_layer, .. } => panel_layer.get(panel),
+            _ => None,
+        }
+        .copied()
+        .unwrap_or(self.layer)
+    }
+
+    /// Whether it or a panel of it lies over another layer.
+    pub fn is_layered(&self) -> bool {
+        let panels = match &self.shape {
+            ClothShape::Pattern { panel_layer, .. } => panel_layer.values().any(|l| *l > 0),
+            _ => false,
+        };
+        self.layer > 0 || panels
     }
 
     /// Edge length that the cloth asks for itself \[m\].

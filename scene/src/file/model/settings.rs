@@ -343,6 +343,8 @@ pub struct OutputSettings {
 pub struct AssembleSettings {
     /// Least distance of the panels from the body at the start \[m\].
     pub clearance: f64,
+    /// What `clearance` grows by for every layer \[m\].
+    pub layer_clearance: f64,
     /// Iterations that bend the panels around the body before sewing.
     pub pre_iterations: usize,
     /// Time over which the seams are closed \[s\].
