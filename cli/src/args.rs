@@ -107,8 +107,10 @@ pub struct DrapeArgs {
     /// Edge length of the mesh [m].
     #[arg(long, default_value_t = 0.01, allow_negative_numbers = true)]
     pub edge_length: f64,
-    /// Label of edges that stay attached to the body; may be repeated.
-    #[arg(long)]
+    /// Label of edges that stay attached to the body; may be repeated. `auto`
+    /// is the waist of skirts and trousers and the edge of a strapless top;
+    /// `--hold ""` attaches nothing.
+    #[arg(long, default_value = "auto")]
     pub hold: Vec<String>,
     /// Longest simulated time [s].
     #[arg(long, default_value_t = 3.0, allow_negative_numbers = true)]

@@ -53,7 +53,8 @@ pub(crate) fn assemble(
 ) -> Result<Assembled, RunError> {
     let mut summaries = vec![wrap(built, &mut state)];
     progress.note("assembly: wrapped around the body");
-    for (name, what, stage) in stages(built) {
+    let crossed = summaries[0].self_intersections > 0;
+    for (name, what, stage) in stages(built, crossed) {
         let clock = Instant::now();
         state.time = 0.0;
         state.v.fill(0.0);
@@ -117,10 +118,8 @@ fn wrap(built: &BuiltScene, state: &mut State) -> StageSummary {
     };
     for (part, cloth) in g.parts.iter().zip(&built.scene().cloth) {
         let Some(sewn) = &part.garment else { continue };
-        let (r, c) = (&sewn.rotation, &sewn.center);
-        let out = |p: [f64; 3]| -> [f64; 3] {
-            std::array::from_fn(|i| c[i] + (0..3).map(|j| r[i][j] * p[j]).sum::<f64>())
-        };
+        let r = &sewn.rotation;
+        let out = |p: [f64; 3]| sewn.place(p);
         let field = |p: [f64; 3]| {
             let (distance, n) = nearest(out(p));
             (
@@ -132,6 +131,7 @@ fn wrap(built: &BuiltScene, state: &mut State) -> StageSummary {
             clearance: settings.clearance,
             iterations: settings.pre_iterations,
             panel_clearance: layers(sewn, cloth, settings.layer_clearance),
+            kept: part.hold.clone(),
             ..AssembleSettings::default()
         };
         let (placed, _) = preassemble(&sewn.mesh, &field, &wrapping);
@@ -156,7 +156,9 @@ fn layers(sewn: &Sewn, cloth: &Cloth, each: f64) -> Vec<f64> {
         .collect()
 }
 
-fn stages(built: &BuiltScene) -> [(&'static str, &'static str, StageOptions); 2] {
+/// What has not crossed yet is kept apart from the start; what has crossed
+/// can only come free without contact of cloth with cloth.
+fn stages(built: &BuiltScene, crossed: bool) -> [(&'static str, &'static str, StageOptions); 2] {
     let a = &built.scene().assemble;
     let drape = built.drape_stage();
     let stage = |self_contact: bool, duration: f64, stiffness_start: f64| StageOptions {
@@ -186,8 +188,12 @@ fn stages(built: &BuiltScene) -> [(&'static str, &'static str, StageOptions); 2]
     [
         (
             "close seams",
-            "fabric from 1 % stiffness; no gravity, no self-contact, no friction",
-            stage(false, a.seam_time, 1e-2),
+            if crossed {
+                "fabric from 1 % stiffness; no gravity, no self-contact, no friction"
+            } else {
+                "self-contact; fabric from 1 % stiffness; no gravity, no friction"
+            },
+            stage(!crossed, a.seam_time, 1e-2),
         ),
         (
             "untangle",
@@ -209,6 +215,7 @@ fn empty(name: &str, what: &str, clock: Instant) -> StageSummary {
         mean_abs_edge_strain: 0.0,
         max_penetration_m: 0.0,
         self_intersections: 0,
+        defects: Vec::new(),
     }
 }
 
@@ -219,6 +226,7 @@ fn summarise(built: &BuiltScene, state: &State, summary: StageSummary) -> StageS
         mean_abs_edge_strain: f.mean_strain,
         max_penetration_m: f.max_penetration,
         self_intersections: f.self_intersections,
+        defects: f.defects,
         ..summary
     }
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::time::Duration;
 
-use selvedge_collision::{ContactResponse, self_intersections};
+use selvedge_collision::{ContactResponse, Intersection, self_intersections};
 use selvedge_energy::EvalPoint;
 use selvedge_integrator::{Simulation, StepReport};
 use selvedge_record::Surface;
@@ -14,7 +14,7 @@ use crate::build::{BuiltScene, broad_phase};
 use crate::driver::RunError;
 use crate::effects::EffectRow;
 use crate::process;
-use crate::summary::{SUMMARY_SCHEMA, StageSummary, Status, Summary};
+use crate::summary::{Defect, SUMMARY_SCHEMA, StageSummary, Status, Summary};
 
 pub(crate) struct Inputs<'a> {
     pub built: &'a BuiltScene,
@@ -37,24 +37,56 @@ pub(crate) struct Figures {
     pub max_strain: f64,
     pub mean_strain: f64,
     pub max_seam_gap: f64,
+    pub max_drop: Option<f64>,
+    pub defects: Vec<Defect>,
 }
+
+/// Crossings that are listed with their place; all are counted.
+const LISTED_CROSSINGS: usize = 20;
 
 pub(crate) fn figures(built: &BuiltScene, q: &[f64], time: f64) -> Figures {
     let g = &built.geometry;
     let q = &q[..3 * g.mesh.points()];
     let (points, _) = q.as_chunks::<3>();
-    let mut deepest = 0.0_f64;
+    let (mut deepest, mut deepest_point) = (0.0_f64, 0);
     let mut samples = Vec::new();
     for body in &built.bodies {
         samples.clear();
         body.body.sample_many(points, time, &mut samples);
-        for s in &samples {
-            deepest = deepest.max(-s.distance);
+        for (k, s) in samples.iter().enumerate() {
+            if -s.distance > deepest {
+                (deepest, deepest_point) = (-s.distance, k);
+            }
         }
     }
     let strain = edge_strain(&g.mesh, q);
     let mut broad = broad_phase(built.scene().contact.broad_phase);
     let crossings = self_intersections(q, g.mesh.triangles(), broad.as_mut());
+    // A point's panel is that of the first triangle around it.
+    let part =
+        |t: usize| g.panel_names[usize::from(g.scene_panel[g.triangle_order[t] as usize])].clone();
+    let around = |corners: &[u32]| {
+        let mut all = g.mesh.triangles().iter();
+        all.position(|t| corners.iter().all(|c| t.contains(c)))
+    };
+    let penetration = (deepest > 0.0).then(|| Defect {
+        kind: "penetration",
+        at: points[deepest_point],
+        parts: around(&[deepest_point as u32])
+            .map(part)
+            .into_iter()
+            .collect(),
+        depth_m: Some(deepest),
+    });
+    let crossing = |c: &Intersection| {
+        let parts = around(&c.edge).into_iter().chain([c.triangle as usize]);
+        Defect {
+            kind: "self-intersection",
+            at: c.place,
+            parts: parts.map(part).collect(),
+            depth_m: None,
+        }
+    };
     let gap = g.spring_seams.iter().map(|&(p, [a, b], w)| {
         let (p, a, b) = (points[p as usize], points[a as usize], points[b as usize]);
         (0..3)
@@ -68,7 +100,39 @@ pub(crate) fn figures(built: &BuiltScene, q: &[f64], time: f64) -> Figures {
         max_strain: strain.max_abs,
         mean_strain: strain.mean_abs,
         max_seam_gap: gap.fold(0.0, f64::max),
+        max_drop: max_drop(built, points),
+        defects: penetration
+            .into_iter()
+            .chain(crossings.iter().take(LISTED_CROSSINGS).map(crossing))
+            .collect(),
     }
+}
+
+/// How far the highest point of a garment is below its highest point in the
+/// pattern, for the garment that sank most [m].
+fn max_drop(built: &BuiltScene, points: &[[f64; 3]]) -> Option<f64> {
+    let g = &built.geometry;
+    let gravity = built.scene().simulation.gravity;
+    let size = gravity.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if size == 0.0 {
+        return None;
+    }
+    let height = |p: &[f64; 3]| -(0..3).map(|i| p[i] * gravity[i] / size).sum::<f64>();
+    let top = |heights: &mut dyn Iterator<Item = f64>| heights.fold(f64::NEG_INFINITY, f64::max);
+    let garments = g.parts.iter().filter_map(|part| {
+        let sewn = part.garment.as_ref()?;
+        let before = top(&mut sewn
+            .mesh
+            .points_initial
+            .iter()
+            .map(|&p| height(&sewn.place(p))));
+        let after = top(&mut part
+            .points
+            .clone()
+            .map(|k| height(&points[g.order.new_of_old[k as usize] as usize])));
+        Some(before - after)
+    });
+    garments.reduce(f64::max)
 }
 
 /// Values over the cloth at the end, in the scene's order.
@@ -170,6 +234,8 @@ pub(crate) fn summary(i: Inputs<'_>) -> Summary {
         mean_abs_edge_strain: figures.mean_strain,
         max_seam_gap_m: figures.max_seam_gap,
         trims: i.built.trims.summary(&i.built.parsed, i.simulation),
+        max_drop_m: figures.max_drop,
+        defects: figures.defects,
         kinetic_energy_j: state.kinetic_energy(&i.simulation.plan().inertia.masses),
         residual: i.last.residual,
         error_estimate: None,

@@ -69,6 +69,12 @@ pub struct Summary {
     pub max_seam_gap_m: f64,
     /// Buttons, where they are at the end and what they carry.
     pub trims: Vec<TrimSummary>,
+    /// How far the top of a garment ended below its place in the pattern [m];
+    /// `null` without a garment.
+    pub max_drop_m: Option<f64>,
+    /// Where cloth is inside a body or passes through itself at the end: the
+    /// deepest point and the first crossings.
+    pub defects: Vec<Defect>,
     /// Kinetic energy at the end [J].
     pub kinetic_energy_j: f64,
     /// Newton residual of the last step, in the units of the chosen norm.
@@ -106,6 +112,19 @@ pub struct TrimSummary {
     pub hole_force_n: Vec<[f64; 3]>,
 }
 
+/// A place where the result is not as it should be.
+#[derive(Clone, Debug, Serialize)]
+pub struct Defect {
+    /// `penetration` or `self-intersection`.
+    pub kind: &'static str,
+    /// Where [m].
+    pub at: [f64; 3],
+    /// Panels or sheets that take part.
+    pub parts: Vec<String>,
+    /// Depth of a penetration [m].
+    pub depth_m: Option<f64>,
+}
+
 /// One stage of a garment's assembly.
 #[derive(Clone, Debug, Serialize)]
 pub struct StageSummary {
@@ -129,4 +148,6 @@ pub struct StageSummary {
     pub max_penetration_m: f64,
     /// Edge-triangle intersections at its end.
     pub self_intersections: usize,
+    /// Where, as in the summary itself.
+    pub defects: Vec<Defect>,
 }

@@ -89,7 +89,8 @@ fn drape_scene(args: &DrapeArgs) -> Result<String, Failure> {
         toml_number(args.duration),
         toml_number(args.edge_length)
     );
-    let holds: Vec<String> = args.hold.iter().map(|h| toml_string(h)).collect();
+    let holds = args.hold.iter().filter(|h| !h.is_empty());
+    let holds: Vec<String> = holds.map(|h| toml_string(h)).collect();
     text += &format!(
         "[[cloth]]\nname = \"garment\"\nkind = \"pattern\"\nfile = {}\nfabric = \"garment\"\n\
          hold = [{}]\n\n",

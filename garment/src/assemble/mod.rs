@@ -36,8 +36,11 @@ pub struct AssembleSettings {
     /// Labels of panels that hang: on the coarsest level they fall, past the
     /// arms, before they close around the body.
     pub hanging: Vec<String>,
-    /// Labels of edges that keep their height (a waist, a strapless top).
+    /// Labels of edges that keep the height they have found while panels hang
+    /// (a waist, a strapless top).
     pub held: Vec<String>,
+    /// Labels of edges that keep their height in the pattern.
+    pub kept: Vec<String>,
 }
 
 impl Default for AssembleSettings {
@@ -52,6 +55,7 @@ impl Default for AssembleSettings {
             patience: 5,
             hanging: vec!["leg".to_owned()],
             held: vec!["lower_interface".to_owned(), "strapless_top".to_owned()],
+            kept: Vec::new(),
         }
     }
 }
@@ -105,8 +109,8 @@ pub struct AssembleReport {
 /// until no edge is stretched by more than the target, or nothing improves.
 /// Over gathered seams the shorter side's length counts. Where an arm is in
 /// the way of panels that hang, they first fall without feeling it, held at
-/// the edges in [`AssembleSettings::held`], and points of different layers
-/// repel each other from then on. The result has the same bits every time.
+/// the edges in [`AssembleSettings::held`]. Points of different layers repel
+/// each other. The result has the same bits every time.
 ///
 /// Fields that are not finite count as far away.
 pub fn preassemble(
@@ -130,20 +134,17 @@ pub fn preassemble(
     let levels: Vec<&GarmentMesh> = coarse.iter().chain([garment]).collect();
     let mut report = AssembleReport::default();
     let mut x = levels[0].points_initial.clone();
-    let mut fell = false;
     for (i, mesh) in levels.iter().enumerate() {
         if i > 0 {
             x = prolong::prolong(levels[i - 1], &x, mesh);
         }
         let sheet = Sheet::new(mesh);
+        let kept = Hold::new(mesh, &settings.kept, &mesh.points_initial);
         let budget = (settings.iterations >> i).max(50);
         let mut iterations = 0;
         if i == 0 {
-            iterations = fall(mesh, &sheet, &mut x, body, settings, budget);
-            fell = iterations > 0;
+            iterations = fall(mesh, &sheet, &kept, &mut x, body, settings, budget);
         }
-        // Only what fell lies in folds that could pass through each other.
-        let mut repel = fell.then(|| Repel::new(mesh));
         let extra = point_clearance(mesh, settings);
         let field = |i: usize, p: [f64; 3]| further_out(body(p), &extra, i);
         let mut guard = BodyGuard::new(&x, &field, settings.clearance);
@@ -153,7 +154,8 @@ pub fn preassemble(
             &mut guard,
             settings,
             None,
-            repel.as_mut(),
+            &kept,
+            &mut Repel::new(mesh),
             budget,
         );
         done.iterations += iterations;
@@ -199,6 +201,7 @@ fn further_out(
 fn fall(
     mesh: &GarmentMesh,
     sheet: &Sheet,
+    kept: &Hold,
     x: &mut [[f64; 3]],
     body: BodyField<'_>,
     settings: &AssembleSettings,
@@ -231,17 +234,19 @@ fn fall(
         &mut guard,
         settings,
         None,
-        Some(&mut repel),
+        kept,
+        &mut repel,
         iterations / 3,
     );
-    let hold = Hold::new(mesh, &settings.held, x);
+    let hold = Hold::new(mesh, &settings.held, x).and(kept);
     let falling = relax::relax(
         sheet,
         x,
         &mut guard,
         settings,
-        Some((&hang, &hold)),
-        Some(&mut repel),
+        Some(&hang),
+        &hold,
+        &mut repel,
         iterations,
     );
     fitting.iterations + falling.iterations

@@ -87,6 +87,14 @@ impl Hold {
             heights: points.into_iter().map(|p| (p, x[p as usize][1])).collect(),
         }
     }
+
+    /// Both.
+    pub(super) fn and(&self, other: &Self) -> Self {
+        let heights = self.heights.iter().chain(&other.heights);
+        Self {
+            heights: heights.copied().collect(),
+        }
+    }
 }
 
 /// Iterations between repulsions of layers.
@@ -104,8 +112,9 @@ pub(super) fn relax(
     x: &mut [[f64; 3]],
     guard: &mut BodyGuard<'_>,
     settings: &AssembleSettings,
-    hang: Option<(&Hang, &Hold)>,
-    mut repel: Option<&mut Repel>,
+    hang: Option<&Hang>,
+    hold: &Hold,
+    repel: &mut Repel,
     iterations: usize,
 ) -> Relaxed {
     let limit = MAX_MOVE * sheet.edge_length;
@@ -120,7 +129,7 @@ pub(super) fn relax(
             }
             previous[i] = start;
         }
-        if let Some((hang, _)) = hang {
+        if let Some(hang) = hang {
             for i in 0..x.len() {
                 if hang.falls[i] {
                     x[i][1] -= FALL * sheet.edge_length;
@@ -136,15 +145,11 @@ pub(super) fn relax(
             (l - FOLD_LIMIT * rest).min(0.0) * FOLDED
         });
         sweep(&sheet.ties, x, forward, |l, _| 0.5 * l);
-        if let Some(repel) = repel.as_deref_mut()
-            && iteration % REPEL_STRIDE == 0
-        {
+        if iteration % REPEL_STRIDE == 0 {
             repel.apply(x);
         }
-        if let Some((_, hold)) = hang {
-            for &(i, height) in &hold.heights {
-                x[i as usize][1] = height;
-            }
+        for &(i, height) in &hold.heights {
+            x[i as usize][1] = height;
         }
         for i in 0..x.len() {
             let step = sub(x[i], previous[i]);

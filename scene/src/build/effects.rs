@@ -106,7 +106,7 @@ pub(super) fn rows(
     add(
         "attachments",
         (count > 0).then_some(attached),
-        "points are held by springs".into(),
+        held_by(built),
         "nothing is held by springs",
     );
     let pinned = plan
@@ -223,4 +223,20 @@ pub(super) fn rows(
         "`output.report` is false",
     );
     rows
+}
+
+/// What springs hold, for the planner.
+fn held_by(built: &BuiltScene) -> String {
+    let labels = built.geometry.parts.iter().flat_map(|part| {
+        let name = &part.name;
+        part.hold
+            .iter()
+            .map(move |label| format!("`{label}` of `{name}`"))
+    });
+    let attachments = built.scene().attachment.iter();
+    let all: Vec<String> = attachments
+        .map(|a| format!("points of `{}`", a.cloth))
+        .chain(labels)
+        .collect();
+    format!("springs hold {}", all.join(", "))
 }

@@ -70,6 +70,14 @@ pub struct Sewn {
     pub center: [f64; 3],
 }
 
+impl Sewn {
+    /// A point of the pattern in the scene.
+    pub fn place(&self, p: [f64; 3]) -> [f64; 3] {
+        let (r, c) = (&self.rotation, &self.center);
+        std::array::from_fn(|i| c[i] + (0..3).map(|j| r[i][j] * p[j]).sum::<f64>())
+    }
+}
+
 /// Arrays under construction, in the scene's order.
 #[derive(Default)]
 struct Draft {
@@ -184,7 +192,10 @@ fn add_cloth(
                 draft,
                 findings,
             )
-            .map(|mesh| (None, Some(mesh), hold.clone()))
+            .map(|mesh| {
+                let hold = held_labels(&mesh, hold);
+                (None, Some(mesh), hold)
+            })
         }
     };
     let (material, mesh, hold) = match added {
@@ -230,6 +241,34 @@ fn add_cloth(
         hold,
         garment,
     });
+}
+
+/// How far a garment may reach above its waist without shoulders to hang
+/// from [m].
+const ABOVE_WAIST: f64 = 0.1;
+
+/// Labels that are held, `auto` replaced by what it stands for.
+fn held_labels(mesh: &GarmentMesh, asked: &[String]) -> Vec<String> {
+    let height = |p: &u32| mesh.points_initial[*p as usize][1];
+    let top = mesh.points_initial.iter().map(|p| p[1]);
+    let top = top.fold(f64::NEG_INFINITY, f64::max);
+    let hangs = |label: &str| {
+        mesh.labels.get(label).is_some_and(|points| {
+            let waist = points.iter().map(height).fold(f64::NEG_INFINITY, f64::max);
+            label == "strapless_top" || top - waist < ABOVE_WAIST
+        })
+    };
+    let auto = ["strapless_top", "lower_interface"];
+    let mut held = Vec::new();
+    for label in asked {
+        match label.as_str() {
+            "auto" => held.extend(auto.iter().filter(|l| hangs(l)).map(ToString::to_string)),
+            _ => held.push(label.clone()),
+        }
+    }
+    held.sort();
+    held.dedup();
+    held
 }
 
 /// Index of a fabric among those in use, with the scene's damping applied.

@@ -165,7 +165,9 @@ static PATTERN: &[Key] = &[
     key(
         "hold",
         Texts,
-        "[]",
-        "Labels of edges that stay attached to the body.",
+        "[\"auto\"]",
+        "Labels of edges that stay attached to where they are on the body. `auto` stands for \
+         `strapless_top`, and for `lower_interface` (the waist) where nothing of the garment \
+         reaches more than 10 cm above it; an empty list attaches nothing.",
     ),
 ];
