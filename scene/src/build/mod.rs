@@ -6,6 +6,7 @@ mod effects;
 mod geometry;
 mod holds;
 mod placement;
+mod rest;
 mod system;
 mod trims;
 

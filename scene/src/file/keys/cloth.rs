@@ -75,8 +75,7 @@ pub(super) static CLOTH: Table = Table::new(
         },
         Variant {
             name: "mesh",
-            doc: "A triangle mesh from an OBJ file, at rest in the shape of the file; warp runs \
-                  along the world's x axis.",
+            doc: "A triangle mesh from an OBJ file.",
             keys: MESH,
         },
         Variant {
@@ -134,6 +133,26 @@ static SHEET: &[Key] = &[
 ];
 
 static MESH: &[Key] = &[
+    key(
+        "rest",
+        Choice(&[
+            (
+                "auto",
+                "the texture coordinates if every edge has between 0.8 and 1.25 times its length \
+                 in them and no triangle is turned over, as in `final.obj`; else the shape",
+            ),
+            (
+                "shape",
+                "the shape of the file; warp runs along the world's x axis",
+            ),
+            (
+                "texture",
+                "the texture coordinates, warp and weft in the unit of the file",
+            ),
+        ]),
+        "\"auto\"",
+        "What is at rest.",
+    ),
     required("file", Path, "OBJ file, relative to the scene file."),
     key(
         "scale",

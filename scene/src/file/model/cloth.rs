@@ -52,6 +52,8 @@ pub enum ClothShape {
         file: PathBuf,
         /// Factor to metres.
         scale: f64,
+        /// What is at rest.
+        rest: MeshRest,
     },
     /// A sewing pattern.
     Pattern {
@@ -67,6 +69,18 @@ pub enum ClothShape {
         /// Labels of edges attached to the body.
         hold: Vec<String>,
     },
+}
+
+/// What of a mesh file is at rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MeshRest {
+    /// Texture coordinates that can be lengths of the cloth, else the shape.
+    Auto,
+    /// The shape.
+    Shape,
+    /// Texture coordinates.
+    Texture,
 }
 
 /// Arrangement of a sheet's points.
