@@ -136,6 +136,15 @@ pub enum FabricCommand {
         /// Fabric of the library.
         name: String,
     },
+    /// Energy of a state of strain [J/m²] with stresses, moments and tangents, as JSON.
+    Eval {
+        /// Fabric of the library, or a fabric file.
+        material: String,
+        /// Green strain xx,xy,yy [1] along warp (x) and weft (y), then, if
+        /// wanted, the curvatures x,y [1/m].
+        #[arg(long, value_name = "XX,XY,YY[,LX,LY]", allow_hyphen_values = true)]
+        strain: String,
+    },
 }
 
 /// Benchmarks to run.

@@ -64,6 +64,7 @@ pub use contact_set::{ContactResponse, ContactSet};
 pub use error::CollisionError;
 pub use friction::{
     AnchorResponse, AnchorState, Friction, FrictionAnchored, FrictionLagged, LaggedResponse,
+    pair_friction,
 };
 pub use intersection::{Intersection, self_intersections};
 pub use mesh::CollisionMesh;

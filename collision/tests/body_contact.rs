@@ -246,6 +246,63 @@ fn points_coefficients_and_faults() {
     assert_eq!(spread(3, &out)[0], 0.0, "no friction on ice");
 }
 
+/// A slipping point is held by the geometric mean of both coefficients times
+/// the normal force, whether all points have the same or not; bad ones are
+/// refused.
+#[test]
+fn friction_of_two_materials() {
+    struct Rough;
+    impl Body for Rough {
+        fn name(&self) -> &str {
+            "rough"
+        }
+        fn sample(&self, p: [f64; 3], t: f64) -> SurfaceSample {
+            Floor { speed: [0.0; 3] }.sample(p, t)
+        }
+        fn bounds(&self, t: f64) -> Aabb {
+            Floor { speed: [0.0; 3] }.bounds(t)
+        }
+        fn friction(&self) -> Option<f64> {
+            Some(0.9)
+        }
+    }
+    let contact = |bodies: Vec<Arc<dyn Body>>| {
+        BodyContact::new(2, bodies)
+            .with_friction(Friction::Anchored(FrictionAnchored::new(0.4)), &[1e-3; 2])
+            .unwrap()
+    };
+    let start = [0.0, 1.3e-3, 0.0, 0.5, 1.3e-3, 0.0];
+    let q = [1e-2, 1.3e-3, 0.0, 0.51, 1.3e-3, 0.0];
+    for (of_cloth, expected) in [
+        (vec![0.4, 0.4], [0.6, 0.6]),
+        (vec![0.4, 0.1], [0.6, 0.3]),
+        (vec![0.0, 0.1], [0.0, 0.3]),
+    ] {
+        let mut s = contact(vec![Arc::new(Rough)])
+            .with_coefficients(of_cloth.clone())
+            .unwrap();
+        detect(&mut s, &start, &q, 1e-3);
+        let (_, out) = evaluate(&mut s, &q, &start, 1e-3);
+        for (f, mu) in out.body_force.iter().zip(expected) {
+            assert!((-f[0] / f[1] - mu).abs() < 1e-12, "{of_cloth:?}: {f:?}");
+        }
+        let plain: Vec<Arc<dyn Body>> = vec![Arc::new(Floor { speed: [0.0; 3] })];
+        let mut s = contact(plain).with_coefficients(of_cloth.clone()).unwrap();
+        detect(&mut s, &start, &q, 1e-3);
+        let (_, out) = evaluate(&mut s, &q, &start, 1e-3);
+        for (f, mu) in out.body_force.iter().zip(of_cloth) {
+            assert!((-f[0] / f[1] - mu).abs() < 1e-12, "{f:?}");
+        }
+    }
+    for bad in [vec![0.1], vec![0.1, -0.1], vec![f64::NAN, 0.1]] {
+        assert!(
+            contact(vec![Arc::new(Rough)])
+                .with_coefficients(bad)
+                .is_err()
+        );
+    }
+}
+
 /// Force and curvature are derivatives of the energy on a flat floor, where
 /// the Gauss-Newton part is all there is; friction sticking and slipping.
 #[test]

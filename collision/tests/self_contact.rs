@@ -307,18 +307,25 @@ fn coincident_layers_part() {
     }
 }
 
-/// A particle on a table of its own kind, two per cent below and above the
-/// friction angle.
+/// A particle on a table, two per cent below and above the friction angle: of
+/// its own kind, and of another one, whose geometric mean is the same.
 #[test]
 fn incline_of_cloth() {
     let mu = 0.4;
-    for (factor, steps) in [(0.98, 1000), (1.02, 600)] {
+    let of_two = vec![0.2, 0.2, 0.2, 0.8, 0.8, 0.8];
+    for (factor, steps, coefficients) in [
+        (0.98, 1000, vec![mu; 6]),
+        (1.02, 600, vec![mu; 6]),
+        (0.98, 1000, of_two.clone()),
+        (1.02, 600, of_two),
+    ] {
         let m = 1e-3;
         let (q, mesh) = over_table([0.0, 0.0, DELTA - m * 9.81 / 1e2], &BIG, &[[0, 1, 2]]);
         let masses = vec![m, 1e9, 1e9, 1e9, 1e9, 1e9];
-        let friction = Friction::Anchored(FrictionAnchored::new(mu));
+        let friction = Friction::Anchored(FrictionAnchored::new(9.0));
         let s = SelfContact::new(mesh)
             .with_friction(friction, &masses)
+            .and_then(|s| s.with_coefficients(coefficients))
             .unwrap();
         let mut w = World::new(q, masses, vec![Box::new(s)]);
         w.fixed[1..].fill(true);

@@ -85,6 +85,65 @@ fn tshirt_closes() {
     assert_eq!(x, again);
 }
 
+/// The front of a tube around a column, a layer further out than the back,
+/// keeps its larger clearance; a setting of zeros is none.
+#[test]
+fn layers_keep_their_distance() {
+    let tube = r#"{"pattern": {"panels": {
+        "front": {"vertices": [[0, 0], [36, 0], [36, 20], [0, 20]],
+            "edges": [{"endpoints": [0, 1]}, {"endpoints": [1, 2]},
+                      {"endpoints": [2, 3]}, {"endpoints": [3, 0]}],
+            "translation": [-18, 0, 13], "rotation": [0, 0, 0]},
+        "back": {"vertices": [[0, 0], [36, 0], [36, 20], [0, 20]],
+            "edges": [{"endpoints": [0, 1]}, {"endpoints": [1, 2]},
+                      {"endpoints": [2, 3]}, {"endpoints": [3, 0]}],
+            "translation": [18, 0, -13], "rotation": [0, 180, 0]}},
+        "stitches": [[{"panel": "front", "edge": 3}, {"panel": "back", "edge": 1}],
+                     [{"panel": "front", "edge": 1}, {"panel": "back", "edge": 3}]]},
+        "properties": {"units_in_meter": 100}}"#;
+    let pattern = Pattern::from_json(tube.as_bytes()).unwrap();
+    let mesh = GarmentMesh::build(&pattern, &MeshSettings::default()).unwrap();
+    let column = |p: [f64; 3]| {
+        let r = p[0].hypot(p[2]);
+        (r - 0.1, [p[0] / r, 0.0, p[2] / r])
+    };
+    let assemble = |front: f64| {
+        let panel_clearance = mesh.panels.iter().map(|p| match p.name.as_str() {
+            "front" => front,
+            _ => 0.0,
+        });
+        let settings = AssembleSettings {
+            panel_clearance: panel_clearance.collect(),
+            target_strain: 1e-3,
+            ..AssembleSettings::default()
+        };
+        preassemble(&mesh, &column, &settings).0
+    };
+    let nearest = |x: &[[f64; 3]], name: &str| {
+        let of_panel = mesh.triangles.iter().zip(&mesh.panel_of_triangle);
+        of_panel
+            .filter(|(_, p)| mesh.panels[**p as usize].name == name)
+            .flat_map(|(t, _)| t.map(|p| column(x[p as usize]).0))
+            .fold(f64::MAX, f64::min)
+    };
+    let x = assemble(0.01);
+    println!(
+        "front {}, back {}",
+        nearest(&x, "front"),
+        nearest(&x, "back")
+    );
+    assert!(nearest(&x, "front") > 0.0149 && nearest(&x, "back") > 0.0049);
+    let plain = preassemble(
+        &mesh,
+        &column,
+        &AssembleSettings {
+            target_strain: 1e-3,
+            ..AssembleSettings::default()
+        },
+    );
+    assert_eq!(assemble(0.0), plain.0);
+}
+
 /// A flat square far from any body stays as it is.
 #[test]
 fn nothing_to_do() {

@@ -458,6 +458,12 @@ fn inertial_impulse(
             out[p][i] = m * (v0[p][i] - (v[p][i] + dv) + gravity[i]);
         }
     }
+    for &p in &plan.inertia.weightless {
+        let p = p as usize;
+        for i in 0..3 {
+            out[p][i] -= plan.inertia.masses[p] * gravity[i];
+        }
+    }
 }
 
 /// Names the term and the point behind a residual that is not finite.

@@ -22,12 +22,15 @@ pub struct ScenePlan {
 }
 
 /// Lumped masses and the field that pulls on them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Inertia {
     /// Mass of each point [kg].
     pub masses: Vec<f64>,
     /// Acceleration of gravity [m/s²].
     pub gravity: [f64; 3],
+    /// Points that gravity does not pull: rotation vectors of rigid bodies,
+    /// whose mass is a moment of inertia.
+    pub weightless: Vec<u32>,
 }
 
 /// One energy of a plan.
@@ -96,6 +99,19 @@ impl ScenePlan {
                 what: "masses",
                 found: self.inertia.masses.len(),
                 expected: points,
+            });
+        }
+        if let Some(&node) = self
+            .inertia
+            .weightless
+            .iter()
+            .find(|p| **p as usize >= points)
+        {
+            return Err(PlanError::Node {
+                term: "weightless points".into(),
+                stencil: 0,
+                node,
+                count: points,
             });
         }
         for (point, &mass) in self.inertia.masses.iter().enumerate() {

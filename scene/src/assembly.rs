@@ -10,9 +10,9 @@ use selvedge_integrator::{
     CurvaturePolicy, NewtonSettings, Outcome, RelaxationSettings, Settings, State, StopSettings,
 };
 
-use crate::build::geometry::Sewn;
-use crate::build::{Built, BuiltScene, StageOptions, broad_phase};
+use crate::build::{Built, BuiltScene, Sewn, StageOptions, broad_phase};
 use crate::driver::{Progress, RunError, chain, tick};
+use crate::file::model::Cloth;
 use crate::result::figures;
 use crate::summary::{StageSummary, Status};
 
@@ -83,6 +83,7 @@ pub(crate) fn assemble(
             }
         };
         state = simulation.state().clone();
+        built.cloth_alone(&mut state);
         let counters = simulation.counters();
         summaries.push(summarise(
             built,
@@ -126,15 +127,17 @@ fn on_garments(
         }
         best
     };
-    for part in &g.parts {
+    for (part, cloth) in g.parts.iter().zip(&built.scene().cloth) {
         let Some(sewn) = &part.garment else { continue };
         let field = |p: [f64; 3]| {
             let (distance, n) = nearest(sewn.place(p));
             (distance, sewn.turn_back(n))
         };
+        let asked = &built.scene().assemble;
         let settings = AssembleSettings {
             clearance,
-            iterations: built.scene().assemble.pre_iterations,
+            iterations: asked.pre_iterations,
+            panel_clearance: layers(sewn, cloth, asked.layer_clearance),
             kept: part.hold.clone(),
             ..AssembleSettings::default()
         };
@@ -186,6 +189,17 @@ fn take_apart(
         corners.collect()
     };
     untangle(mesh, x, field, settings, &mut shorten);
+}
+
+/// Distance that the layer of each panel adds [m]; empty without layers.
+fn layers(sewn: &Sewn, cloth: &Cloth, each: f64) -> Vec<f64> {
+    if !cloth.is_layered() {
+        return Vec::new();
+    }
+    let panels = sewn.mesh.panels.iter();
+    panels
+        .map(|p| f64::from(cloth.layer_of(&p.name)) * each)
+        .collect()
 }
 
 /// What has not crossed yet is kept apart from the start; what has crossed

@@ -601,10 +601,10 @@ mod effects {
             let Some((_, part)) = entry.name.split_once(": ") else {
                 continue;
             };
-            let name = if part == "body-contact" {
-                "body contact"
-            } else {
-                part
+            let name = match part {
+                "body-contact" => "body contact",
+                "trim" => "trims",
+                part => part,
             };
             if let Some(row) = rows.iter_mut().find(|r| r.on && r.name == name) {
                 row.seconds += entry.time.as_secs_f64();

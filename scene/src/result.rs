@@ -46,6 +46,7 @@ const LISTED_CROSSINGS: usize = 20;
 
 pub(crate) fn figures(built: &BuiltScene, q: &[f64], time: f64) -> Figures {
     let g = &built.geometry;
+    let q = &q[..3 * g.mesh.points()];
     let (points, _) = q.as_chunks::<3>();
     let (mut deepest, mut deepest_point) = (0.0_f64, 0);
     let mut samples = Vec::new();
@@ -144,7 +145,7 @@ pub(crate) struct Maps {
 pub(crate) fn maps(built: &BuiltScene, simulation: &mut Simulation) -> Maps {
     let g = &built.geometry;
     let state = simulation.state().clone();
-    let (points, _) = state.q.as_chunks::<3>();
+    let (points, _) = state.q[..3 * g.mesh.points()].as_chunks::<3>();
     let mut response = ContactResponse::default();
     let at = EvalPoint {
         layout: state.layout,
@@ -222,7 +223,7 @@ pub(crate) fn summary(i: Inputs<'_>) -> Summary {
         rejected_steps: counters.rejected,
         newton_iterations: counters.newton_iterations,
         linear_iterations: counters.linear_iterations,
-        points: state.layout.points,
+        points: i.built.geometry.mesh.points(),
         scalars: state.layout.scalars,
         triangles: i.built.geometry.mesh.triangles().len(),
         peak_memory_bytes: process::peak_memory_bytes(),
@@ -232,6 +233,7 @@ pub(crate) fn summary(i: Inputs<'_>) -> Summary {
         max_abs_edge_strain: figures.max_strain,
         mean_abs_edge_strain: figures.mean_strain,
         max_seam_gap_m: figures.max_seam_gap,
+        trims: i.built.trims.summary(&i.built.parsed, i.simulation),
         max_drop_m: figures.max_drop,
         defects: figures.defects,
         kinetic_energy_j: state.kinetic_energy(&i.simulation.plan().inertia.masses),

@@ -67,6 +67,8 @@ pub struct Summary {
     pub mean_abs_edge_strain: f64,
     /// Largest gap between seam partners at the end [m].
     pub max_seam_gap_m: f64,
+    /// Buttons, where they are at the end and what they carry.
+    pub trims: Vec<TrimSummary>,
     /// How far the top of a garment ended below its place in the pattern [m];
     /// `null` without a garment.
     pub max_drop_m: Option<f64>,
@@ -93,6 +95,21 @@ pub struct Summary {
     pub final_state_hash: String,
     /// Findings of the doctor that did not stop the run.
     pub warnings: Vec<String>,
+}
+
+/// One button at the end of a run.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct TrimSummary {
+    /// Its name.
+    pub name: String,
+    /// Its centre [m].
+    pub center_m: [f64; 3],
+    /// Its axis, out of the cloth [1].
+    pub axis: [f64; 3],
+    /// Force of its threads together on the cloth that it is sewn to [N].
+    pub sewn_force_n: [f64; 3],
+    /// Force on each of its buttonholes [N].
+    pub hole_force_n: Vec<[f64; 3]>,
 }
 
 /// A place where the result is not as it should be.

@@ -52,6 +52,19 @@ fn defects() {
     assert_eq!(cloth("v 0 nan 0\n"), ["mesh::syntax:1"]);
 }
 
+/// Cloth a hundred times too large or too small is at least suspicious, a
+/// napkin in cm and a garment at a hundredth of its size included.
+#[test]
+fn cloth_in_another_unit() {
+    let sheet = |size: f64| format!("v 0 0 0\nv {size} 0 0\nv 0 0 {size}\nf 1 3 2\n");
+    for size in [0.2, 1.0, 2.0] {
+        assert!(codes(&sheet(size), 1.0, Purpose::Cloth).is_empty());
+        assert_eq!(codes(&sheet(size), 100.0, Purpose::Cloth), ["mesh::scale"]);
+        let small = codes(&sheet(size), 0.01, Purpose::Cloth);
+        assert_eq!(small.len(), usize::from(size < 2.0), "{size}");
+    }
+}
+
 /// Quads become two triangles; texture coordinates follow the corners; numbers
 /// may count from the end.
 #[test]

@@ -40,7 +40,7 @@
 //! | [`drag_term`] | [`PointDrag`] | point |
 //! | [`seam_term`], [`joint_term`], [`patch_term`] | [`WeightedSpring`] | 3, 2, 4 points |
 //! | [`attachment_term`] | [`Attachment`] | point |
-//! | [`trim_term`] | [`RigidTrims`] | point, centre, spin |
+//! | [`trim_term`] | [`RigidTrims`] | triangle, centre, spin |
 
 mod attach;
 mod bending;

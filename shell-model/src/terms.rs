@@ -332,7 +332,7 @@ pub fn trim_term(bodies: &[TrimBody], threads: &[TrimThread]) -> Result<Term, Mo
             allowed: "the index of a body",
         });
     }
-    Ok(Box::new(Batch::<_, 3, 9>::new(
+    Ok(Box::new(Batch::<_, 5, 15>::new(
         "trim",
         RigidTrims::new(bodies, threads),
     )))

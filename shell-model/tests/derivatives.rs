@@ -285,18 +285,23 @@ fn guard() {
 #[test]
 fn rigid_trim() {
     let bodies = [TrimBody {
-        centre: 1,
-        spin: 2,
+        centre: 3,
+        spin: 4,
         orientation: [0.9, 0.1, -0.3, 0.2],
     }];
+    let weights = [0.5, 0.7, -0.2];
     let threads = [TrimThread {
-        point: 0,
+        points: [0, 1, 2],
+        weights,
         body: 0,
         arm: [4e-3, 1e-3, -2e-3],
         stiffness: 1e3,
     }];
     let mut term = trim_term(&bodies, &threads).unwrap();
-    let q = vec![0.01, 0.002, -0.004, 0.003, 0.001, 0.002, 0.4, -0.3, 0.1];
+    let q = vec![
+        0.01, 0.002, -0.004, 0.012, 0.006, -0.001, 0.015, 0.001, 0.002, 0.003, 0.001, 0.002, 0.4,
+        -0.3, 0.1,
+    ];
     let here = at(&q, &q, 1e-3);
     let (_, g, h) = evaluate(&*term, &here, Curvature::Exact, 0);
     let value = |moves: &[(usize, f64)]| {
@@ -307,15 +312,15 @@ fn rigid_trim() {
         term.value(&at(&moved, &q, 1e-3), 0..1)
     };
     // Unknowns of length 5 mm, a turn of 1 rad moves the arm as far.
-    let step = |i: usize| if i < 6 { 1e-5 } else { 1e-3 };
-    let mut gradient = vec![0.0; 9];
-    let mut second = vec![0.0; 81];
-    for i in 0..9 {
+    let step = |i: usize| if i < 12 { 1e-5 } else { 1e-3 };
+    let mut gradient = vec![0.0; 15];
+    let mut second = vec![0.0; 225];
+    for i in 0..15 {
         let a = step(i);
         gradient[i] = (value(&[(i, a)]) - value(&[(i, -a)])) / (2.0 * a);
-        for j in 0..9 {
+        for j in 0..15 {
             let b = step(j);
-            second[9 * i + j] =
+            second[15 * i + j] =
                 (value(&[(i, a), (j, b)]) - value(&[(i, a), (j, -b)]) - value(&[(i, -a), (j, b)])
                     + value(&[(i, -a), (j, -b)]))
                     / (4.0 * a * b);
@@ -335,19 +340,20 @@ fn rigid_trim() {
     for c in [Curvature::Projected, Curvature::GaussNewton] {
         check_projection(&*term, &here, c, 1e-10).unwrap();
     }
-    // Newton's third law with the torque on the body.
-    let (x, c) = (&q[0..3], &q[3..6]);
-    let arm: Vec<f64> = x.iter().zip(c).map(|(x, c)| x - c).collect();
+    // Newton's third law, with the torque on the body.
     for i in 0..3 {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        let torque = arm[j] * g[k] - arm[k] * g[j] + g[6 + i];
-        assert!(torque.abs() < 1e-12 * g[0].abs(), "{torque}");
+        let force: f64 = (0..4).map(|n| g[3 * n + i]).sum();
+        let torque = |n: usize| q[3 * n + j] * g[3 * n + k] - q[3 * n + k] * g[3 * n + j];
+        let torque = (0..4).map(torque).sum::<f64>() + g[12 + i];
+        assert!(force.abs() < 1e-12 * g[9].abs(), "{force}");
+        assert!(torque.abs() < 1e-12 * g[9].abs(), "{torque}");
     }
     // Two half turns about the same axis bring the thread back.
     let rest = term.value(&here, 0..1);
     let half: Vec<f64> = q
         .iter()
-        .zip([0.0; 6].into_iter().chain([0.6, 0.0, 0.8]))
+        .zip([0.0; 12].into_iter().chain([0.6, 0.0, 0.8]))
         .map(|(q, axis)| q + std::f64::consts::PI * axis)
         .collect();
     term.commit(&at(&half, &q, 1e-3));
@@ -358,6 +364,56 @@ fn rigid_trim() {
     term.restore_history(&history);
     term.commit(&at(&half, &q, 1e-3));
     assert!((term.value(&here, 0..1) / rest - 1.0).abs() < 1e-12);
+}
+
+/// A thread by hand: the energy of a known gap, forces shared by barycentric
+/// coordinates, the torque; and the same energy and turned forces when cloth
+/// and body move rigidly together.
+#[test]
+fn trim_by_hand() {
+    let body = |orientation| TrimBody {
+        centre: 3,
+        spin: 4,
+        orientation,
+    };
+    let thread = TrimThread {
+        points: [0, 1, 2],
+        weights: [0.2, 0.3, 0.5],
+        body: 0,
+        arm: [2e-3, 0.0, -1e-3],
+        stiffness: 500.0,
+    };
+    let x = [[0.0, 0.0, 0.0], [0.01, 0.0, 0.0], [0.0, 0.01, 0.0]];
+    // The place is (3, 5, 0) mm; centre and arm leave d = (0, 3, −1) mm.
+    let centre = [1e-3, 2e-3, 2e-3];
+    let q: Vec<f64> = x.into_iter().chain([centre, [0.0; 3]]).flatten().collect();
+    let term = trim_term(&[body([1.0, 0.0, 0.0, 0.0])], &[thread]).unwrap();
+    let (value, g, _) = evaluate(&*term, &at(&q, &q, 1e-3), Curvature::Exact, 0);
+    assert!((value - 0.5 * 500.0 * 10e-6).abs() < 1e-15);
+    // −k r × d with r = (2, 0, −1) mm
+    let expected = [
+        [0.0, 0.3, -0.1],
+        [0.0, 0.45, -0.15],
+        [0.0, 0.75, -0.25],
+        [0.0, -1.5, 0.5],
+        [-1.5e-3, -1e-3, -3e-3],
+    ];
+    assert!(relative(&g, expected.as_flattened()) < 1e-13, "{g:?}");
+    // A quarter turn about the third axis and a shift.
+    let turn = |p: [f64; 3]| [-p[1], p[0], p[2]];
+    let moved: Vec<f64> = x
+        .into_iter()
+        .chain([centre])
+        .map(turn)
+        .flat_map(|p| [p[0] + 0.3, p[1] - 0.2, p[2] + 0.1])
+        .chain([0.7, 0.1, -0.2])
+        .collect();
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let term = trim_term(&[body([half, 0.0, 0.0, half])], &[thread]).unwrap();
+    let (after, g, _) = evaluate(&*term, &at(&moved, &moved, 1e-3), Curvature::Exact, 0);
+    assert!((after / value - 1.0).abs() < 1e-12);
+    let turned: Vec<f64> = expected.into_iter().flat_map(turn).collect();
+    assert!(relative(&g, &turned) < 1e-12, "{g:?}");
 }
 
 /// Inertia of a button: a disc's moments; free rotation about a principal

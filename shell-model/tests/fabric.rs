@@ -194,3 +194,80 @@ proptest! {
         }
     }
 }
+
+/// Stress, tangent, moments and their derivatives are differences of the
+/// energy, which is that of the membrane term for stretched and sheared cloth
+/// and `½ B l²` for a bent strip; strains that no cloth can have are refused.
+#[test]
+fn states_of_a_fabric() {
+    use selvedge_energy::{DofLayout, EvalPoint};
+    use selvedge_shell_model::{DampingKind, membrane_term, sheet};
+
+    let fabric = library::get("denim-12oz").unwrap();
+    let (e, l) = ([0.02, -0.015, 0.01], [30.0, -50.0]);
+    let state = fabric.evaluate(e, l).unwrap();
+    let energy = |e, l| {
+        let s = fabric.evaluate(e, l).unwrap();
+        s.membrane_energy + s.bending_energy
+    };
+    let (h, k) = (1e-4, 1e-1);
+    for i in 0..3 {
+        let at = |d: f64| {
+            let mut moved = e;
+            moved[i] += d;
+            moved
+        };
+        // The shear strain enters the energy twice.
+        let factor = if i == 1 { 2.0 } else { 1.0 };
+        let slope = (energy(at(h), l) - energy(at(-h), l)) / (2.0 * h);
+        assert!((slope - factor * state.stress[i]).abs() < 1e-8 * state.stress[0].abs());
+        let [a, b] = [h, -h].map(|d| fabric.evaluate(at(d), l).unwrap().stress);
+        for j in 0..3 {
+            let slope = (a[j] - b[j]) / (2.0 * h);
+            assert!((slope - state.tangent[j][i]).abs() < 1e-8 * fabric.membrane.warp);
+        }
+    }
+    for i in 0..2 {
+        let at = |d: f64| {
+            let mut moved = l;
+            moved[i] += d;
+            moved
+        };
+        let slope = (energy(e, at(k)) - energy(e, at(-k))) / (2.0 * k);
+        assert!((slope / state.moments[i] - 1.0).abs() < 1e-8);
+        assert_eq!(state.moments[i], state.bending_tangent[i][i] * l[i]);
+    }
+
+    // Columns U, V of a homogeneous deformation.
+    let (u, v) = ([1.03, 0.02, -0.01], [-0.015, -0.97, 0.02]);
+    let dot = |a: [f64; 3], b: [f64; 3]| (0..3).map(|i| a[i] * b[i]).sum::<f64>();
+    let green = [
+        0.5 * (dot(u, u) - 1.0),
+        0.5 * dot(u, v),
+        0.5 * (dot(v, v) - 1.0),
+    ];
+    let sheet = sheet::equilateral(5, 5, [0.1, 0.2]).unwrap();
+    let q = sheet.positions(|[s, t]| std::array::from_fn(|i| s * u[i] + t * v[i]));
+    let term = membrane_term(&sheet.mesh, std::slice::from_ref(&fabric), DampingKind::Off).unwrap();
+    let at = EvalPoint {
+        layout: DofLayout::points(sheet.mesh.points()),
+        q: &q,
+        q_start: &q,
+        dt: 1e-3,
+    };
+    let expected = term.value(&at, 0..term.len());
+    let found = 0.02 * fabric.evaluate(green, [0.0; 2]).unwrap().membrane_energy;
+    assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected}");
+    let bent = fabric.evaluate([0.0; 3], [100.0, 0.0]).unwrap();
+    assert_eq!(bent.membrane_energy, 0.0);
+    assert!((bent.bending_energy / (0.5 * fabric.bending.warp * 1e4) - 1.0).abs() < 1e-14);
+
+    for (e, l) in [
+        ([f64::NAN, 0.0, 0.0], [0.0; 2]),
+        ([-0.5, 0.0, 0.0], [0.0; 2]),
+        ([0.0, 0.51, 0.0], [0.0; 2]),
+        ([0.0; 3], [0.0, f64::INFINITY]),
+    ] {
+        assert!(fabric.evaluate(e, l).is_err(), "{e:?} {l:?}");
+    }
+}

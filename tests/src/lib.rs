@@ -141,6 +141,7 @@ impl Setup {
         let plan = ScenePlan {
             layout: DofLayout::points(points),
             inertia: Inertia {
+                weightless: Vec::new(),
                 masses,
                 gravity: self.gravity,
             },

@@ -145,6 +145,11 @@ fn each_effect_adds_its_own_part() {
         }
     }
 
+    let layered = build(BARE, &[("cloth.0.layer", "1"), ("contact.friction", "0")]);
+    assert_eq!(contacts(&layered.simulation), ["self-contact"]);
+    assert_eq!(terms(&layered.simulation), ["membrane", "bending"]);
+    assert!(row(&layered.effects, "layers").on && row(&layered.effects, "self-contact").on);
+
     let own = build(BARE, &[("contact.self", "true"), ("contact.friction", "0")]);
     assert_eq!(contacts(&own.simulation), ["self-contact"]);
     assert!(row(&own.effects, "self-contact").on);
@@ -217,6 +222,39 @@ fn off_is_absent() {
         assert_eq!(x.1, y.1, "linear iterations without {what}");
         assert!(x.0 == y.0, "{what}: other bits");
     }
+}
+
+/// Coefficients come from the materials, a geometric mean for two of them,
+/// unless the scene names one for all; none are left where one side is smooth.
+#[test]
+fn friction_of_materials() {
+    let scene = format!("{BARE}{BALL}");
+    let reason = |set: &Set| {
+        let built = build(&scene, set);
+        ["friction on bodies", "friction of cloth on cloth"].map(|name| {
+            let row = row(&built.effects, name);
+            row.on.then(|| row.reason.clone())
+        })
+    };
+    let own = |mu: f64| Some(format!("anchored, coefficient {mu} (of the materials)"));
+    assert_eq!(reason(&[]), [own(0.3), own(0.3)]);
+    let rough = ("fabric.plain.friction", "1.2");
+    assert_eq!(reason(&[rough]), [own(0.6), own(1.2)]);
+    let said = Some("anchored, coefficient 0.2 (`contact.friction`)".to_owned());
+    let all = [rough, ("contact.friction", "0.2")];
+    assert_eq!(reason(&all), [said.clone(), said]);
+    assert_eq!(reason(&[("body.0.friction", "0")]), [None, own(0.3)]);
+    let smooth = ("fabric.plain.friction", "0");
+    assert_eq!(reason(&[smooth]), [None, None]);
+    let (a, b) = (
+        build(&scene, &[smooth]),
+        build(&scene, &[("contact.friction_model", "none")]),
+    );
+    assert_eq!(
+        a.simulation.plan().heap_bytes(),
+        b.simulation.plan().heap_bytes()
+    );
+    assert!(after(a.simulation, 25).0 == after(b.simulation, 25).0);
 }
 
 /// Contact that never happens leaves no trace in the motion: a sheet in free

@@ -177,7 +177,7 @@ fn features(args: &BenchArgs, start: &Start) -> Result<Value, Failure> {
     let off: [(&str, &[(&str, &str)]); 7] = [
         ("dual matrix", &[("solver.matrix", "reassembled")]),
         ("mixed precision", &[("solver.precision", "f64")]),
-        ("block-jacobi", &[("solver.preconditioner", "none")]),
+        ("preconditioner", &[("solver.preconditioner", "none")]),
         ("rcm", &[("assembly.reorder", "none")]),
         ("coloured scatter", &[("assembly.scatter", "atomics")]),
         ("threads", &[("assembly.threads", "1")]),

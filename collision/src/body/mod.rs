@@ -86,8 +86,8 @@ pub trait Body: Send + Sync {
     fn from_body(&self, p: [f64; 3], _time: f64) -> [f64; 3] {
         p
     }
-    /// Coulomb friction coefficient of this body [1]; `None` leaves the choice
-    /// to the cloth.
+    /// Coulomb friction coefficient of this body's material [1], which contact
+    /// pairs with the cloth's; `None` leaves the choice to the cloth.
     fn friction(&self) -> Option<f64> {
         None
     }

@@ -18,7 +18,53 @@ pub enum Friction {
     Lagged(FrictionLagged),
 }
 
+/// Coefficient of two materials from those of each on itself,
+/// `μ = √(μ_a μ_b)` \[1\]: a side without friction rubs on nothing.
+///
+/// ```
+/// use selvedge_collision::pair_friction;
+/// assert_eq!(pair_friction(0.3, 0.3), 0.3);
+/// assert_eq!(pair_friction(0.3, 0.0), 0.0);
+/// ```
+#[inline]
+pub fn pair_friction(a: f64, b: f64) -> f64 {
+    (a * b).sqrt()
+}
+
+/// Checks coefficients of single points: as many as there are points, finite
+/// and not negative. Returns the one that all share, if they do.
+pub(crate) fn common_coefficient(
+    coefficients: &[f64],
+    points: usize,
+) -> Result<Option<f64>, CollisionError> {
+    if coefficients.len() != points {
+        return Err(CollisionError::Length {
+            what: "friction coefficients",
+            found: coefficients.len(),
+            expected: points,
+        });
+    }
+    if let Some(&value) = coefficients.iter().find(|c| !(**c >= 0.0 && c.is_finite())) {
+        return Err(CollisionError::Parameter {
+            name: "friction coefficient",
+            value,
+            requirement: "finite and not negative",
+        });
+    }
+    let first = coefficients.first().copied();
+    Ok(first.filter(|f| coefficients.iter().all(|c| c == f)))
+}
+
 impl Friction {
+    /// The same model with another coefficient \[1\].
+    #[must_use]
+    pub fn with_coefficient(self, coefficient: f64) -> Self {
+        match self {
+            Self::Anchored(f) => Self::Anchored(FrictionAnchored { coefficient, ..f }),
+            Self::Lagged(f) => Self::Lagged(FrictionLagged { coefficient, ..f }),
+        }
+    }
+
     /// Friction coefficient \[1\].
     pub fn coefficient(&self) -> f64 {
         match self {

@@ -9,7 +9,7 @@ mod trunk;
 
 use crate::place::{BodyField, BodyGuard};
 use crate::{GarmentMesh, MeshSettings};
-use relax::{Hang, Hold};
+use relax::{Hang, Hold, Relax};
 use repel::Repel;
 use sheet::Sheet;
 use trunk::Trunk;
@@ -19,6 +19,10 @@ use trunk::Trunk;
 pub struct AssembleSettings {
     /// Distance kept from the body [m].
     pub clearance: f64,
+    /// Distance that each panel keeps beyond that, for layers over others
+    /// [m]; none where there is no entry. Points of several panels keep the
+    /// largest.
+    pub panel_clearance: Vec<f64>,
     /// Stop when no edge is stretched more than this [1].
     pub target_strain: f64,
     /// Edge length of the coarsest level [m].
@@ -43,6 +47,7 @@ impl Default for AssembleSettings {
     fn default() -> Self {
         Self {
             clearance: 0.005,
+            panel_clearance: Vec::new(),
             target_strain: 0.1,
             coarsest: 0.04,
             iterations: 600,
@@ -99,7 +104,7 @@ pub struct AssembleReport {
 /// x_i, x_j ← ± ½ k (l − L) d        edges: k = 0.8 stretched, 0.3 compressed;
 ///                                   corners across an edge: k = 0.25 below 0.85 L
 /// |x − x_before| ≤ ¼ edge length    so that nothing passes through a limb
-/// x ← x + (clearance − φ) ∇φ        where φ(x) < clearance
+/// x ← x + (clearance − φ) ∇φ        where φ(x) < clearance, that of its panel's layer
 /// ```
 /// until no edge is stretched by more than the target, or nothing improves.
 /// Over gathered seams the shorter side's length counts. Where an arm is in
@@ -174,11 +179,16 @@ fn attempt(
         if i == 0 {
             iterations = fall(mesh, &sheet, &kept, &mut x, body, settings, budget);
         }
-        let field = |_: usize, p: [f64; 3]| body(p);
+        let extra = point_clearance(mesh, settings);
+        let field = |i: usize, p: [f64; 3]| further_out(body(p), &extra, i);
         let mut guard = BodyGuard::new(&x, &field, settings.clearance);
-        let mut done = relax::relax(
-            &sheet, &mut x, &mut guard, settings, None, &kept, &mut repel, budget,
-        );
+        let work = Relax {
+            sheet: &sheet,
+            settings,
+            hang: None,
+            hold: &kept,
+        };
+        let mut done = work.run(&mut x, &mut guard, &mut repel, budget);
         done.iterations += iterations;
         report.levels.push(LevelReport {
             edge_length: mesh.settings.edge_length,
@@ -211,9 +221,16 @@ pub fn untangle(
 ) -> usize {
     let sheet = Sheet::new(garment);
     let kept = Hold::new(garment, &settings.kept, &garment.points_initial);
-    let field = |_: usize, p: [f64; 3]| body(p);
+    let extra = point_clearance(garment, settings);
+    let field = |i: usize, p: [f64; 3]| further_out(body(p), &extra, i);
     let mut guard = BodyGuard::new(x, &field, settings.clearance);
     let mut repel = Repel::new(garment);
+    let work = Relax {
+        sheet: &sheet,
+        settings,
+        hang: None,
+        hold: &kept,
+    };
     let mut best = (usize::MAX, Vec::new());
     let mut stale = 0;
     for _ in 0..UNTANGLE_ROUNDS {
@@ -233,10 +250,36 @@ pub fn untangle(
             crossed = sheet.grown(&crossed);
         }
         repel.set_passing(&crossed);
-        relax::relax(&sheet, x, &mut guard, settings, None, &kept, &mut repel, 1);
+        work.run(x, &mut guard, &mut repel, 1);
     }
     *x = best.1;
     best.0
+}
+
+/// Further clearance of every point; empty without any.
+fn point_clearance(mesh: &GarmentMesh, settings: &AssembleSettings) -> Vec<f64> {
+    let of_panel = &settings.panel_clearance;
+    if of_panel.iter().all(|c| *c == 0.0) {
+        return Vec::new();
+    }
+    let mut extra = vec![0.0_f64; mesh.points_initial.len()];
+    for (t, &panel) in mesh.triangles.iter().zip(&mesh.panel_of_triangle) {
+        let own = of_panel.get(panel as usize).copied().unwrap_or(0.0);
+        for &p in t {
+            extra[p as usize] = extra[p as usize].max(own);
+        }
+    }
+    extra
+}
+
+/// A larger clearance is a body that is as much nearer.
+fn further_out(
+    (distance, normal): (f64, [f64; 3]),
+    extra: &[f64],
+    point: usize,
+) -> (f64, [f64; 3]) {
+    let extra = extra.get(point).copied().unwrap_or(0.0);
+    (distance - extra, normal)
 }
 
 /// Lets hanging panels fall when a limb is in their way: without the limb,
@@ -260,37 +303,27 @@ fn fall(
     if !hang.must_fall(x, &trunk) {
         return 0;
     }
+    let extra = point_clearance(mesh, settings);
     let field = |point: usize, p: [f64; 3]| {
         if hang.falls(point) && trunk.in_limb(p) {
             (CELL_AWAY, [0.0; 3])
         } else {
-            body(p)
+            further_out(body(p), &extra, point)
         }
     };
     let mut guard = BodyGuard::new(x, &field, settings.clearance);
     let mut repel = Repel::new(mesh);
     // First find the height at which the garment fits, then hold it there.
-    let fitting = relax::relax(
+    let mut work = Relax {
         sheet,
-        x,
-        &mut guard,
         settings,
-        None,
-        kept,
-        &mut repel,
-        iterations / 3,
-    );
+        hang: None,
+        hold: kept,
+    };
+    let fitting = work.run(x, &mut guard, &mut repel, iterations / 3);
     let hold = Hold::new(mesh, &settings.held, x).and(kept);
-    let falling = relax::relax(
-        sheet,
-        x,
-        &mut guard,
-        settings,
-        Some(&hang),
-        &hold,
-        &mut repel,
-        iterations,
-    );
+    (work.hang, work.hold) = (Some(&hang), &hold);
+    let falling = work.run(x, &mut guard, &mut repel, iterations);
     fitting.iterations + falling.iterations
 }
 

@@ -106,88 +106,101 @@ pub(super) struct Relaxed {
     pub converged: bool,
 }
 
-/// Relaxes `x` in place.
-pub(super) fn relax(
-    sheet: &Sheet,
-    x: &mut [[f64; 3]],
-    guard: &mut BodyGuard<'_>,
-    settings: &AssembleSettings,
-    hang: Option<&Hang>,
-    hold: &Hold,
-    repel: &mut Repel,
-    iterations: usize,
-) -> Relaxed {
-    let limit = MAX_MOVE * sheet.edge_length;
-    let mut previous = x.to_vec();
-    let mut best = (f64::MAX, f64::MAX);
-    let mut stale = 0;
-    for iteration in 0..iterations {
-        for i in 0..x.len() {
-            let start = x[i];
-            for k in 0..3 {
-                x[i][k] += MOMENTUM * (start[k] - previous[i][k]);
-            }
-            previous[i] = start;
-        }
-        if let Some(hang) = hang {
+/// A relaxation and what it heeds.
+pub(super) struct Relax<'a> {
+    pub sheet: &'a Sheet,
+    pub settings: &'a AssembleSettings,
+    pub hang: Option<&'a Hang>,
+    pub hold: &'a Hold,
+}
+
+impl Relax<'_> {
+    /// Relaxes `x` in place.
+    pub(super) fn run(
+        &self,
+        x: &mut [[f64; 3]],
+        guard: &mut BodyGuard<'_>,
+        repel: &mut Repel,
+        iterations: usize,
+    ) -> Relaxed {
+        let Self {
+            sheet,
+            settings,
+            hang,
+            hold,
+        } = *self;
+        let limit = MAX_MOVE * sheet.edge_length;
+        let mut previous = x.to_vec();
+        let mut best = (f64::MAX, f64::MAX);
+        let mut stale = 0;
+        for iteration in 0..iterations {
             for i in 0..x.len() {
-                if hang.falls[i] {
-                    x[i][1] -= FALL * sheet.edge_length;
-                }
-            }
-        }
-        let forward = iteration % 2 == 0;
-        sweep(&sheet.edges, x, forward, |l, rest| {
-            let error = l - rest;
-            error * if error > 0.0 { STRETCHED } else { COMPRESSED }
-        });
-        sweep(&sheet.across, x, forward, |l, rest| {
-            (l - FOLD_LIMIT * rest).min(0.0) * FOLDED
-        });
-        sweep(&sheet.ties, x, forward, |l, _| 0.5 * l);
-        if iteration % REPEL_STRIDE == 0 {
-            repel.apply(x);
-        }
-        for &(i, height) in &hold.heights {
-            x[i as usize][1] = height;
-        }
-        for i in 0..x.len() {
-            let step = sub(x[i], previous[i]);
-            let length = norm(step);
-            if length > limit {
-                let short = scale(step, limit / length);
+                let start = x[i];
                 for k in 0..3 {
-                    x[i][k] = previous[i][k] + short[k];
+                    x[i][k] += MOMENTUM * (start[k] - previous[i][k]);
+                }
+                previous[i] = start;
+            }
+            if let Some(hang) = hang {
+                for i in 0..x.len() {
+                    if hang.falls[i] {
+                        x[i][1] -= FALL * sheet.edge_length;
+                    }
                 }
             }
-            guard.keep_out(i, &mut x[i]);
-        }
-        if hang.is_none() && iteration % STRIDE == STRIDE - 1 {
-            let strain = tension(&sheet.edges, x);
-            if strain.0 < settings.target_strain {
-                return Relaxed {
-                    iterations: iteration + 1,
-                    converged: true,
-                };
+            let forward = iteration % 2 == 0;
+            sweep(&sheet.edges, x, forward, |l, rest| {
+                let error = l - rest;
+                error * if error > 0.0 { STRETCHED } else { COMPRESSED }
+            });
+            sweep(&sheet.across, x, forward, |l, rest| {
+                (l - FOLD_LIMIT * rest).min(0.0) * FOLDED
+            });
+            sweep(&sheet.ties, x, forward, |l, _| 0.5 * l);
+            if iteration % REPEL_STRIDE == 0 {
+                repel.apply(x);
             }
-            let progress = 1.0 - settings.stagnation;
-            if strain.0 < best.0 * progress || strain.1 < best.1 * progress {
-                stale = 0;
-            } else {
-                stale += 1;
-                if stale >= settings.patience {
+            for &(i, height) in &hold.heights {
+                x[i as usize][1] = height;
+            }
+            for i in 0..x.len() {
+                let step = sub(x[i], previous[i]);
+                let length = norm(step);
+                if length > limit {
+                    let short = scale(step, limit / length);
+                    for k in 0..3 {
+                        x[i][k] = previous[i][k] + short[k];
+                    }
+                }
+                guard.keep_out(i, &mut x[i]);
+            }
+            if hang.is_none() && iteration % STRIDE == STRIDE - 1 {
+                let strain = tension(&sheet.edges, x);
+                if strain.0 < settings.target_strain {
                     return Relaxed {
                         iterations: iteration + 1,
-                        converged: false,
+                        converged: true,
                     };
                 }
+                let progress = 1.0 - settings.stagnation;
+                if strain.0 < best.0 * progress || strain.1 < best.1 * progress {
+                    stale = 0;
+                } else {
+                    stale += 1;
+                    if stale >= settings.patience {
+                        return Relaxed {
+                            iterations: iteration + 1,
+                            converged: false,
+                        };
+                    }
+                }
+                best = (best.0.min(strain.0), best.1.min(strain.1));
             }
-            best = (best.0.min(strain.0), best.1.min(strain.1));
         }
-    }
-    Relaxed {
-        iterations,
-        converged: false,
+        Relaxed {
+            iterations,
+            converged: false,
+        }
     }
 }
 

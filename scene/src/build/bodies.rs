@@ -159,7 +159,8 @@ fn build_one(
         let pivot = spec.pivot.unwrap_or([0.0; 3]);
         Box::new(RigidMotion::new(still, &keys, pivot, interpolation).map_err(refuse)?)
     };
-    let named = Named::new(spec.name.as_str(), moving).with_friction(spec.friction);
+    let friction = parsed.scene.contact.friction.unwrap_or(spec.friction);
+    let named = Named::new(spec.name.as_str(), moving).with_friction(friction);
     Ok(BuiltBody {
         name: spec.name.clone(),
         body: Arc::new(named.map_err(refuse)?),

@@ -4,7 +4,7 @@ use selvedge_integrator::{ScenePlan, Settings};
 
 use super::{BuiltScene, StageOptions};
 use crate::effects::EffectRow;
-use crate::file::model::{DampingKind, FrictionModel};
+use crate::file::model::{Cloth, DampingKind, FrictionModel};
 
 pub(super) fn rows(
     built: &BuiltScene,
@@ -119,7 +119,23 @@ pub(super) fn rows(
         "points are held exactly".into(),
         "nothing is pinned",
     );
-    add("trims", None, String::new(), "no trims in a scene");
+    let layered = scene.cloth.iter().any(Cloth::is_layered);
+    add(
+        "layers",
+        layered.then_some((0, 0)),
+        format!(
+            "outer panels start {} m further out each",
+            scene.assemble.layer_clearance
+        ),
+        "all cloth is in layer 0",
+    );
+    let (buttons, holes) = built.trims.counts();
+    add(
+        "trims",
+        term("trim"),
+        format!("buttons: {buttons}, buttonholes: {holes}"),
+        "no buttons",
+    );
 
     let contact = |name: &str| {
         plan.contacts
@@ -144,18 +160,30 @@ pub(super) fn rows(
         FrictionModel::Lagged => "lagged",
         FrictionModel::None => "none",
     };
-    let mu = scene.body.iter().map(|b| b.friction).fold(0.0, f64::max);
+    let range = |[low, high]: [f64; 2]| {
+        let source = match scene.contact.friction {
+            Some(_) => "`contact.friction`",
+            None => "of the materials",
+        };
+        let round = |mu: f64| (1e3 * mu).round() / 1e3;
+        if low == high {
+            format!("{model}, coefficient {} ({source})", round(high))
+        } else {
+            let (low, high) = (round(low), round(high));
+            format!("{model}, coefficients {low} to {high} ({source})")
+        }
+    };
+    let coefficients = built.friction();
     add(
         "friction on bodies",
-        rubs(mu, !built.bodies.is_empty()).then_some((0, 0)),
-        format!("{model}, coefficient up to {mu}"),
+        rubs(coefficients.on_bodies[1], !built.bodies.is_empty()).then_some((0, 0)),
+        range(coefficients.on_bodies),
         "no body with friction",
     );
-    let mu = scene.contact.friction;
     add(
         "friction of cloth on cloth",
-        rubs(mu, wanted && stage.self_contact).then_some((0, 0)),
-        format!("{model}, coefficient {mu}"),
+        rubs(coefficients.on_cloth[1], wanted && stage.self_contact).then_some((0, 0)),
+        range(coefficients.on_cloth),
         "no self-contact, or no friction",
     );
     let r = &settings.relaxation;

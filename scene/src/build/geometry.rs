@@ -8,8 +8,9 @@ use selvedge_linsolve::{Pattern as BlockPattern, Permutation, reverse_cuthill_mc
 use selvedge_shell_model::fabric::Fabric;
 use selvedge_shell_model::{ShellMesh, sheet};
 
+use super::rest;
 use crate::diagnostic::{Diagnostics, Finding};
-use crate::file::model::{Cloth, ClothShape, Lattice, Reorder};
+use crate::file::model::{Cloth, ClothShape, Lattice, MeshRest, Reorder};
 use crate::file::obj::{self, Purpose};
 use crate::file::{Parsed, SceneFile};
 
@@ -134,16 +135,15 @@ impl Geometry {
             .inspect(|_| warnings.extend(findings.clone()))
     }
 
-    /// Values of points brought to the scene's order.
+    /// Values of points brought to the scene's order; those of trims, which
+    /// come after the cloth's, are left out.
     pub fn to_scene<V: Copy>(&self, solver: &[V]) -> Vec<V> {
-        self.order.to_old(solver)
+        self.order.to_old(&solver[..self.order.len()])
     }
 
     /// Flat coordinates brought to the scene's order.
     pub fn flat_to_scene(&self, solver: &[f64]) -> Vec<f64> {
-        self.order
-            .to_old(solver.as_chunks::<3>().0)
-            .into_flattened()
+        self.to_scene(solver.as_chunks::<3>().0).into_flattened()
     }
 
     /// A piece by its name.
@@ -180,8 +180,8 @@ fn add_cloth(
                 .map(|material| (Some(material), None, Vec::new()))
                 .map_err(|message| fail("size", message))
         }
-        ClothShape::Mesh { file, scale } => {
-            add_mesh(&parsed.scene, file, *scale, fabric, draft, findings)
+        ClothShape::Mesh { file, scale, rest } => {
+            add_mesh(&parsed.scene, file, *scale, *rest, fabric, draft, findings)
                 .map(|()| (None, None, Vec::new()))
         }
         ClothShape::Pattern {
@@ -213,6 +213,20 @@ fn add_cloth(
         Ok(added) => added,
         Err(errors) => return findings.extend(errors),
     };
+    if let (ClothShape::Pattern { panel_layer, .. }, Some(mesh)) = (&cloth.shape, &mesh) {
+        for panel in panel_layer.keys() {
+            let names: Vec<&str> = mesh.panels.iter().map(|p| p.name.as_str()).collect();
+            if !names.contains(&panel.as_str()) {
+                let key = format!("panel_layer.{panel}");
+                let message = format!(
+                    "`{}`: the pattern has no panel {panel:?}; there are {}",
+                    path(&key),
+                    names.join(", ")
+                );
+                findings.extend(fail(&key, message));
+            }
+        }
+    }
     let labels = mesh.iter().flat_map(|m| &m.labels);
     let labels = labels
         .map(|(label, points)| (label.clone(), points.iter().map(|p| start + p).collect()))
@@ -323,11 +337,11 @@ fn add_sheet(
     Ok(material)
 }
 
-/// Rest lengths of a mesh file are those of its geometry.
 fn add_mesh(
     scene: &SceneFile,
     file: &std::path::Path,
     scale: f64,
+    rest: MeshRest,
     fabric: u16,
     draft: &mut Draft,
     findings: &mut Diagnostics,
@@ -336,42 +350,21 @@ fn add_mesh(
     findings.extend(checked.warnings);
     let mesh = checked.mesh;
     let from = draft.positions.len() as u32;
-    for t in &mesh.triangles {
-        let x = t.map(|p| mesh.positions[p as usize]);
-        draft.material.push(flatten(&x));
-        draft.triangles.push(t.map(|p| from + p));
-    }
+    let material = rest::coordinates(&mesh, scale, rest).map_err(|(line, message)| {
+        let shown = scene.resolve(file).display().to_string();
+        let finding = Finding::error("mesh::texture", shown, message);
+        let finding = line
+            .into_iter()
+            .fold(finding, |f, line| f.line(line as usize));
+        Diagnostics::from(finding.help("`rest = \"shape\"` takes the shape of the file"))
+    })?;
+    draft.material.extend(material);
+    draft
+        .triangles
+        .extend(mesh.triangles.iter().map(|t| t.map(|p| from + p)));
     draft.positions.extend_from_slice(&mesh.positions);
     draft.fabric.resize(draft.triangles.len(), fabric);
     Ok(())
-}
-
-/// A triangle laid into its own plane; warp along the first edge's direction
-/// projected on the world's x axis where that is possible.
-fn flatten(x: &[[f64; 3]; 3]) -> [[f64; 2]; 3] {
-    let sub = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| a[i] - b[i]) };
-    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-    let cross = |a: [f64; 3], b: [f64; 3]| {
-        [
-            a[1] * b[2] - a[2] * b[1],
-            a[2] * b[0] - a[0] * b[2],
-            a[0] * b[1] - a[1] * b[0],
-        ]
-    };
-    let unit = |a: [f64; 3]| {
-        let l = dot(a, a).sqrt();
-        a.map(|v| if l > 0.0 { v / l } else { 0.0 })
-    };
-    let (e1, e2) = (sub(x[1], x[0]), sub(x[2], x[0]));
-    let n = unit(cross(e1, e2));
-    let along: [f64; 3] = std::array::from_fn(|i| f64::from(i == 0) - n[0] * n[i]);
-    let u = if dot(along, along) > 1e-6 {
-        unit(along)
-    } else {
-        unit(e1)
-    };
-    let v = cross(n, u);
-    [[0.0; 2], [dot(e1, u), dot(e1, v)], [dot(e2, u), dot(e2, v)]]
 }
 
 #[allow(clippy::too_many_arguments)]

@@ -1,17 +1,20 @@
 //! From a scene file to a simulation that holds what the scene calls for.
 
+mod anchor;
 mod bodies;
 mod effects;
 pub(crate) mod geometry;
 mod holds;
 mod placement;
+mod rest;
 mod system;
+mod trims;
 
 use std::sync::Arc;
 
 use selvedge_collision::{
     Aabb, Body, BodyContact, CollisionError, CollisionMesh, ContactQuadratic, ContactSource,
-    ContactStiffness, Friction, FrictionAnchored, FrictionLagged, SelfContact,
+    ContactStiffness, Friction, FrictionAnchored, FrictionLagged, SelfContact, pair_friction,
 };
 use selvedge_energy::DofLayout;
 use selvedge_integrator::{
@@ -25,13 +28,14 @@ use selvedge_shell_model::{
 
 use crate::diagnostic::{Diagnostics, Finding};
 use crate::effects::EffectRow;
-use crate::file::model::{self, FrictionModel, ResidualNormKind, Switch};
+use crate::file::model::{self, Cloth, FrictionModel, ResidualNormKind, Switch};
 use crate::file::{Parsed, SceneFile};
 
 pub use bodies::BuiltBody;
-pub use geometry::{Geometry, Part};
+pub use geometry::{Geometry, Part, Sewn};
 pub use holds::BuiltAttachment;
 pub use system::broad_phase;
+pub use trims::Trims;
 
 /// A scene whose inputs have been read: meshes, bodies, fabrics.
 pub struct BuiltScene {
@@ -41,8 +45,19 @@ pub struct BuiltScene {
     pub geometry: Geometry,
     /// All obstacles.
     pub bodies: Vec<BuiltBody>,
+    /// Buttons and buttonholes.
+    pub trims: Trims,
     /// Findings that do not stop a run.
     pub warnings: Diagnostics,
+}
+
+/// Least and greatest coefficient of each kind of contact \[1\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrictionRange {
+    /// Cloth on cloth.
+    pub on_cloth: [f64; 2],
+    /// Cloth on bodies; zeros without bodies.
+    pub on_bodies: [f64; 2],
 }
 
 /// What differs between the stages of a garment's assembly and the drape.
@@ -92,6 +107,10 @@ impl BuiltScene {
             }
         };
         warnings.extend(placement::examine(&parsed, &geometry, &bodies));
+        let trims = Trims::new(&parsed, &geometry).unwrap_or_else(|errors| {
+            warnings.extend(errors);
+            Trims::default()
+        });
         if warnings.has_errors() {
             return Err(warnings);
         }
@@ -99,6 +118,7 @@ impl BuiltScene {
             parsed,
             geometry,
             bodies,
+            trims,
             warnings,
         })
     }
@@ -161,12 +181,13 @@ impl BuiltScene {
         }
     }
 
-    /// Puts the simulation of a stage together, from a state in the solver's
-    /// order.
+    /// Puts the simulation of a stage together, from a state of the cloth in
+    /// the solver's order. Trims sit down on it anew; points of theirs in the
+    /// state are left out.
     ///
     /// # Errors
     /// All findings, when one is an error.
-    pub fn simulation(&self, state: State, stage: &StageOptions) -> Result<Built, Diagnostics> {
+    pub fn simulation(&self, mut state: State, stage: &StageOptions) -> Result<Built, Diagnostics> {
         let scene = self.scene();
         let refuse = |message: String| -> Diagnostics {
             Finding::error("scene::plan", self.parsed.locations.name(), message).into()
@@ -184,7 +205,12 @@ impl BuiltScene {
             model::DampingKind::None => DampingKind::Off,
         };
         let model_error = |e: selvedge_shell_model::ModelError| refuse(e.to_string());
-        let masses = lumped_masses(&g.mesh, &fabrics).map_err(model_error)?;
+        let mut masses = lumped_masses(&g.mesh, &fabrics).map_err(model_error)?;
+        self.cloth_alone(&mut state);
+        let trims = self
+            .trims
+            .parts(&self.parsed, state.q.as_chunks::<3>().0)
+            .map_err(refuse)?;
         let mut terms = Vec::new();
         let membrane = membrane_term(&g.mesh, &fabrics, damping).map_err(model_error)?;
         terms.push(Term::fabric(membrane));
@@ -212,6 +238,15 @@ impl BuiltScene {
                 terms.push(term);
             }
         }
+        let mut weightless = Vec::new();
+        if let Some(trims) = trims {
+            terms.push(trims.term);
+            state.q.extend(trims.points.as_flattened());
+            state.v.resize(state.q.len(), 0.0);
+            masses.extend(trims.masses);
+            weightless = trims.weightless;
+            state.layout = DofLayout::points(masses.len());
+        }
         let pins = holds::pins(&self.parsed, g)?;
         let moves = pins.as_ref().is_some_and(|p| p.moves)
             || attachments.iter().any(BuiltAttachment::moves)
@@ -219,14 +254,15 @@ impl BuiltScene {
 
         let collision_error = |e: CollisionError| refuse(e.to_string());
         let contacts = self
-            .contacts(stage, &masses, pins.as_ref())
+            .contacts(stage, &masses[..g.mesh.points()], pins.as_ref())
             .map_err(collision_error)?;
         let system = system::system(scene, &terms, &masses).map_err(|e| refuse(e.to_string()))?;
         let plan = ScenePlan {
-            layout: DofLayout::points(g.mesh.points()),
+            layout: DofLayout::points(masses.len()),
             inertia: Inertia {
                 masses,
                 gravity: stage.gravity,
+                weightless,
             },
             terms,
             contacts,
@@ -247,11 +283,22 @@ impl BuiltScene {
         })
     }
 
+    /// Takes the points of trims out of a state.
+    pub fn cloth_alone(&self, state: &mut State) {
+        let points = self.geometry.mesh.points();
+        state.layout = DofLayout::points(points);
+        state.q.truncate(3 * points);
+        state.v.truncate(3 * points);
+    }
+
     /// Whether cloth may touch itself, and why.
     pub fn self_contact(&self) -> (bool, &'static str) {
         match self.scene().contact.self_contact {
             Switch::On => (true, "the scene says so"),
             Switch::Off => (false, "the scene says so"),
+            Switch::Auto if self.scene().cloth.iter().any(Cloth::is_layered) => {
+                (true, "there are layers")
+            }
             Switch::Auto if self.geometry.sewn => (true, "a sewn garment touches itself"),
             Switch::Auto if self.geometry.parts.len() > 1 => {
                 (true, "there are several pieces of cloth")
@@ -263,6 +310,51 @@ impl BuiltScene {
         }
     }
 
+    /// Least and greatest coefficients of friction that the materials give.
+    pub fn friction(&self) -> FrictionRange {
+        let range = |values: &mut dyn Iterator<Item = f64>| {
+            values
+                .map(|v| [v, v])
+                .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+                .unwrap_or_default()
+        };
+        let g = &self.geometry;
+        let of_cloth = |f: &u16| self.fabric_friction(*f);
+        let cloth = range(&mut g.mesh.fabric().iter().map(of_cloth));
+        let bodies = range(&mut self.bodies.iter().filter_map(|b| b.body.friction()));
+        FrictionRange {
+            on_cloth: cloth,
+            on_bodies: [0, 1].map(|i| pair_friction(cloth[i], bodies[i])),
+        }
+    }
+
+    fn fabric_friction(&self, fabric: u16) -> f64 {
+        let own = self.geometry.fabrics[usize::from(fabric)].friction;
+        self.scene().contact.friction.unwrap_or(own)
+    }
+
+    /// Coefficient of the cloth at every point: the mean over the triangles
+    /// around it, weighted by area.
+    fn point_friction(&self) -> Vec<f64> {
+        let mesh = &self.geometry.mesh;
+        let mut sums = vec![[0.0; 2]; mesh.points()];
+        let mut equal = true;
+        let first = mesh.fabric().first().map(|f| self.fabric_friction(*f));
+        for (t, points) in mesh.triangles().iter().enumerate() {
+            let (mu, area) = (self.fabric_friction(mesh.fabric()[t]), mesh.rest_area(t));
+            equal &= Some(mu) == first;
+            for p in points {
+                sums[*p as usize][0] += area * mu;
+                sums[*p as usize][1] += area;
+            }
+        }
+        match first {
+            // Without the round-off of a mean.
+            Some(mu) if equal => vec![mu; mesh.points()],
+            _ => sums.iter().map(|[s, a]| s / a).collect(),
+        }
+    }
+
     fn contacts(
         &self,
         stage: &StageOptions,
@@ -270,6 +362,7 @@ impl BuiltScene {
         pins: Option<&holds::BuiltPins>,
     ) -> Result<Vec<Box<dyn ContactSource>>, CollisionError> {
         let c = &self.scene().contact;
+        let rubs = self.friction();
         let friction = |coefficient: f64| match c.friction_model {
             _ if !stage.friction || coefficient <= 0.0 => None,
             FrictionModel::None => None,
@@ -288,12 +381,6 @@ impl BuiltScene {
         if !self.bodies.is_empty() {
             let bodies: Vec<Arc<dyn Body>> = self.bodies.iter().map(|b| b.body.clone()).collect();
             let still: Vec<bool> = self.bodies.iter().map(|b| !b.moves).collect();
-            let most = self
-                .scene()
-                .body
-                .iter()
-                .map(|b| b.friction)
-                .fold(0.0, f64::max);
             let mut contact = BodyContact::new(masses.len(), bodies)
                 .with_potential(quadratic(
                     ContactQuadratic::body(),
@@ -301,8 +388,10 @@ impl BuiltScene {
                     c.body_stiffness,
                 ))
                 .with_still(&still)?;
-            if let Some(friction) = friction(most) {
-                contact = contact.with_friction(friction, masses)?;
+            if let Some(friction) = friction(rubs.on_bodies[1]) {
+                contact = contact
+                    .with_friction(friction, masses)?
+                    .with_coefficients(self.point_friction())?;
             }
             if let Some(pins) = pins {
                 let filter = &pins.pins.filter;
@@ -334,8 +423,10 @@ impl BuiltScene {
                     c.thickness,
                     c.stiffness,
                 ));
-            if let Some(friction) = friction(c.friction) {
-                contact = contact.with_friction(friction, masses)?;
+            if let Some(friction) = friction(rubs.on_cloth[1]) {
+                contact = contact
+                    .with_friction(friction, masses)?
+                    .with_coefficients(self.point_friction())?;
             }
             contacts.push(Box::new(contact));
         }

@@ -62,6 +62,10 @@ where
     })
 }
 
+/// Points from which multigrid beats incomplete factorisation; see
+/// `docs/theory/linear-systems.md`.
+const MULTIGRID_FROM: usize = 5000;
+
 fn solver<T: Real>(
     scene: &SceneFile,
     masses: &[f64],
@@ -84,7 +88,10 @@ fn solver<T: Real>(
         SolverKind::Direct => "direct",
         SolverKind::Refined => "refined",
     };
+    let many = masses.len() >= MULTIGRID_FROM;
     let preconditioner = match scene.solver.preconditioner {
+        PreconditionerKind::Auto if many => "multigrid",
+        PreconditionerKind::Auto => "block-ic",
         PreconditionerKind::None => "none",
         PreconditionerKind::Diagonal => "diagonal",
         PreconditionerKind::BlockJacobi => "block-jacobi",

@@ -21,39 +21,15 @@ pub(crate) fn derive(
     }
     number_names(tree, "cloth");
     number_names(tree, "body");
-    let cloths: Vec<Json> = items(tree, "cloth")
-        .iter()
-        .filter_map(|c| c.get("name").cloned())
-        .collect();
-    for kind in ["pin", "attachment"] {
-        let Some(Json::Array(list)) = tree.get_mut(kind) else {
-            continue;
-        };
-        for (i, item) in list.iter_mut().enumerate() {
-            let Json::Object(item) = item else { continue };
-            if item.contains_key("cloth") {
-                continue;
-            }
-            let path = format!("{kind}.{i}.cloth");
-            if let [only] = cloths.as_slice() {
-                item.insert("cloth".into(), only.clone());
-                continue;
-            }
-            if !cloths.is_empty() && !locations.is_broken(&path) {
-                let names: Vec<&str> = cloths.iter().filter_map(Json::as_str).collect();
-                let message = format!(
-                    "`{kind}.{i}` does not say which of {} cloths it belongs to",
-                    cloths.len()
-                );
-                findings.push(
-                    locations
-                        .error("scene::missing-key", &path, message)
-                        .help(format!("add `cloth = \"…\"`, one of {}", names.join(", "))),
-                );
-            }
-            item.insert("cloth".into(), json!(""));
-            locations.mark_broken(path);
-        }
+    number_names(tree, "button");
+    for (kind, key) in [
+        ("pin", "cloth"),
+        ("attachment", "cloth"),
+        ("button", "cloth"),
+        ("buttonhole", "cloth"),
+        ("buttonhole", "button"),
+    ] {
+        only_one(tree, kind, key, locations, findings);
     }
     let name = tree.get("name").and_then(Json::as_str).unwrap_or("scene");
     let directory = Path::new("out").join(name).display().to_string();
@@ -71,6 +47,50 @@ pub(crate) fn derive(
             1e-2
         })
     });
+}
+
+/// The name of the only cloth or button, for those that do not say which.
+fn only_one(
+    tree: &mut Map<String, Json>,
+    kind: &str,
+    key: &str,
+    locations: &mut Locations,
+    findings: &mut Diagnostics,
+) {
+    let known: Vec<Json> = items(tree, key)
+        .iter()
+        .filter_map(|c| c.get("name").cloned())
+        .collect();
+    let Some(Json::Array(list)) = tree.get_mut(kind) else {
+        return;
+    };
+    for (i, item) in list.iter_mut().enumerate() {
+        let Json::Object(item) = item else { continue };
+        if item.contains_key(key) {
+            continue;
+        }
+        let path = format!("{kind}.{i}.{key}");
+        if let [only] = known.as_slice() {
+            item.insert(key.into(), only.clone());
+            continue;
+        }
+        // A scene without cloth is told so elsewhere.
+        let told = known.is_empty() && key == "cloth";
+        if !told && !locations.is_broken(&path) {
+            let names: Vec<&str> = known.iter().filter_map(Json::as_str).collect();
+            let message = format!(
+                "`{kind}.{i}` does not say which of {} {key}s it belongs to",
+                known.len()
+            );
+            findings.push(
+                locations
+                    .error("scene::missing-key", &path, message)
+                    .help(format!("add `{key} = \"…\"`, one of {}", names.join(", "))),
+            );
+        }
+        item.insert(key.into(), json!(""));
+        locations.mark_broken(path);
+    }
 }
 
 fn items<'t>(tree: &'t Map<String, Json>, key: &str) -> &'t [Json] {

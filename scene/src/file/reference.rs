@@ -156,5 +156,6 @@ fn kind(kind: &Kind) -> (String, String) {
         Kind::Tables(_) => plain("list of tables"),
         Kind::Named(_) => plain("tables by name"),
         Kind::NamedTexts => plain("texts by name"),
+        Kind::NamedIntegers { max } => plain(&format!("whole numbers 0 to {max} by name")),
     }
 }

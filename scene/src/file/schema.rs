@@ -121,6 +121,10 @@ fn kind(kind: &Kind) -> Json {
         Kind::NamedTexts => {
             json!({ "type": "object", "additionalProperties": { "type": "string" } })
         }
+        Kind::NamedIntegers { max } => {
+            let inner = json!({ "type": "integer", "minimum": 0, "maximum": max });
+            json!({ "type": "object", "additionalProperties": inner })
+        }
     }
 }
 

@@ -146,6 +146,10 @@ pub(crate) enum Kind {
     Named(&'static Table),
     /// Texts under names of one's own.
     NamedTexts,
+    /// Whole numbers from zero to `max` under names of one's own.
+    NamedIntegers {
+        max: i64,
+    },
 }
 
 /// What a key is when it is absent.

@@ -14,7 +14,9 @@ pub(crate) fn example(key: &Key) -> String {
             format!("[{}]", vec!["…"; len].join(", "))
         }
         Kind::Indices | Kind::Texts | Kind::Tables(_) => "[…]".to_owned(),
-        Kind::Table(_) | Kind::Named(_) | Kind::NamedTexts => "{ … }".to_owned(),
+        Kind::Table(_) | Kind::Named(_) | Kind::NamedTexts | Kind::NamedIntegers { .. } => {
+            "{ … }".to_owned()
+        }
         Kind::Rotation => "[0, 0, 0]".to_owned(),
         Kind::Integer { .. } | Kind::Number { .. } => "…".to_owned(),
     };
@@ -40,7 +42,7 @@ pub(crate) fn placeholder(kind: &Kind) -> Json {
         Kind::Indices | Kind::Texts | Kind::Tables(_) => json!([]),
         Kind::Choice(names) => json!(names.first().map(|(n, _)| *n)),
         Kind::Rotation => json!([0.0, 0.0, 0.0]),
-        Kind::Named(_) | Kind::NamedTexts => json!({}),
+        Kind::Named(_) | Kind::NamedTexts | Kind::NamedIntegers { .. } => json!({}),
         Kind::Table(table) if table.exactly_one => {
             let first = table.keys.first();
             json!({ first.map_or("", |k| k.name): first.map(|k| placeholder(&k.kind)) })

@@ -333,34 +333,44 @@ impl<'a> Walker<'a> {
                     self.wrong_type(node, path, "tables by name", help)
                 }
             },
-            Kind::NamedTexts => match &node.value {
-                Value::Table(entries) => {
-                    let mut out = Map::new();
-                    for entry in entries {
-                        let place = join(path, &entry.key);
-                        self.places.insert(place.clone(), entry.node.place.clone());
-                        match text_of(&entry.node) {
-                            Some(text) => {
-                                out.insert(entry.key.clone(), json!(text));
-                            }
-                            None => {
-                                let _: Option<Json> = self.wrong_type(
-                                    &entry.node,
-                                    &place,
-                                    "a text in quotes",
-                                    String::new(),
-                                );
-                            }
-                        }
+            Kind::NamedTexts => {
+                self.named(node, path, ("texts", "\"…\""), |w, n, p| {
+                    match text_of(n) {
+                        Some(text) => Some(json!(text)),
+                        None => w.wrong_type(n, p, "a text in quotes", String::new()),
                     }
-                    Some(Json::Object(out))
-                }
-                _ => {
-                    let help = format!("write `{path} = {{ NAME = \"…\" }}`");
-                    self.wrong_type(node, path, "texts by name", help)
-                }
-            },
+                })
+            }
+            Kind::NamedIntegers { max } => {
+                self.named(node, path, ("whole numbers", "1"), |w, n, p| {
+                    w.integer(n, p, 0, max).map(Json::from)
+                })
+            }
         }
+    }
+
+    /// Values under names of one's own; `what` says what they are, with an
+    /// example.
+    fn named(
+        &mut self,
+        node: &Node,
+        path: &str,
+        what: (&str, &str),
+        mut read: impl FnMut(&mut Self, &Node, &str) -> Option<Json>,
+    ) -> Option<Json> {
+        let Value::Table(entries) = &node.value else {
+            let help = format!("write `{path} = {{ NAME = {} }}`", what.1);
+            return self.wrong_type(node, path, &format!("{} by name", what.0), help);
+        };
+        let mut out = Map::new();
+        for entry in entries {
+            let place = join(path, &entry.key);
+            self.places.insert(place.clone(), entry.node.place.clone());
+            if let Some(value) = read(self, &entry.node, &place) {
+                out.insert(entry.key.clone(), value);
+            }
+        }
+        Some(Json::Object(out))
     }
 
     fn wrong_type<T>(

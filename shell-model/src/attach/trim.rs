@@ -19,11 +19,14 @@ pub struct TrimBody {
     pub orientation: [f64; 4],
 }
 
-/// A thread between a point of the cloth and a place on a trim.
+/// A thread between a place of the cloth and a place on a trim.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrimThread {
-    /// Point of the cloth.
-    pub point: u32,
+    /// Corners of a triangle of the cloth.
+    pub points: [u32; 3],
+    /// Barycentric coordinates `b` of the place, summing to 1; negative ones
+    /// extrapolate beyond the triangle.
+    pub weights: [f64; 3],
     /// Index of the body.
     pub body: usize,
     /// Place `r_0` on the body, from its centre, in its own axes \[m\].
@@ -35,7 +38,7 @@ pub struct TrimThread {
 /// Threads that hold rigid trims.
 ///
 /// ```text
-/// d = x − c − r,   r = R r_0,   E = ½ k |d|²,   J = [I, −I, [r]×]
+/// d = Σ b_i x_i − c − r,   r = R r_0,   E = ½ k |d|²,   J = [b_i I, −I, [r]×]
 /// ∇E = k Jᵀ d,     ∇²E = k JᵀJ + k ((d·r) I − ½ (r dᵀ + d rᵀ)) on the spin
 /// ```
 /// The entry of the gradient on the spin is minus the torque `k r × d`, which
@@ -50,26 +53,29 @@ pub struct TrimThread {
 /// **What an integrator must supply.** The centre is a point of the body's
 /// mass. The spin is a point without weight or drag whose "mass" is the moment
 /// of inertia [kg·m²]; for the small, nearly isotropic trims of clothing the
-/// mean of the principal moments will do ([`BodyInertia::mean`]), and then no
-/// code at all is special. The full tensor with its gyroscopic term is
+/// mean of the principal moments will do ([`BodyInertia::mean`]), and then
+/// gravity has to leave it out and no other code is special. The full tensor with its gyroscopic term is
 /// [`BodyInertia::residual`].
 #[derive(Clone, Debug)]
 pub struct RigidTrims {
-    stencils: Vec<[u32; 3]>,
+    stencils: Vec<[u32; 5]>,
     threads: Vec<(TrimThread, [f64; 3])>,
     bodies: Vec<TrimBody>,
     orientations: Vec<f64>,
 }
 
 impl RigidTrims {
-    /// Threads between points and bodies.
+    /// Threads between cloth and bodies.
     ///
     /// # Panics
     /// When a thread names a body that does not exist.
     pub fn new(bodies: &[TrimBody], threads: &[TrimThread]) -> Self {
         let stencils = threads
             .iter()
-            .map(|t| [t.point, bodies[t.body].centre, bodies[t.body].spin])
+            .map(|t| {
+                let ([i, j, k], body) = (t.points, &bodies[t.body]);
+                [i, j, k, body.centre, body.spin]
+            })
             .collect();
         let mut trims = Self {
             stencils,
@@ -96,60 +102,72 @@ impl RigidTrims {
         }
     }
 
+    /// Weights of the cloth's points and of the centre in `d`.
+    #[inline]
+    fn weights(&self, e: usize) -> [f64; 4] {
+        let [a, b, c] = self.threads[e].0.weights;
+        [a, b, c, -1.0]
+    }
+
     /// `d`, `r` and `k`
     #[inline]
-    fn pulled(&self, e: usize, q: &[f64; 9], at: &EvalPoint<'_>) -> ([f64; 3], [f64; 3], f64) {
+    fn pulled(&self, e: usize, q: &[f64; 15], at: &EvalPoint<'_>) -> ([f64; 3], [f64; 3], f64) {
         let (thread, arm) = &self.threads[e];
-        let turn = sub(node(q, 2), at.point_start(self.stencils[e][2]));
+        let turn = sub(node(q, 4), at.point_start(self.stencils[e][4]));
         let r = rotation::rotate(rotation::from_vector(turn), *arm);
-        (sub(sub(node(q, 0), node(q, 1)), r), r, thread.stiffness)
+        let centre = node(q, 3);
+        // Differences first: the coordinates sum to one.
+        let place = (0..3).fold([0.0; 3], |sum, i| {
+            blend(1.0, sum, thread.weights[i], sub(node(q, i), centre))
+        });
+        (sub(place, r), r, thread.stiffness)
     }
 }
 
-impl StencilEnergy<3, 9> for RigidTrims {
-    const NODE_DIMS: [usize; 3] = [3; 3];
+impl StencilEnergy<5, 15> for RigidTrims {
+    const NODE_DIMS: [usize; 5] = [3; 5];
 
-    fn stencils(&self) -> &[[u32; 3]] {
+    fn stencils(&self) -> &[[u32; 5]] {
         &self.stencils
     }
 
-    fn value(&self, e: usize, q: &[f64; 9], at: &EvalPoint<'_>) -> f64 {
+    fn value(&self, e: usize, q: &[f64; 15], at: &EvalPoint<'_>) -> f64 {
         let (d, _, k) = self.pulled(e, q, at);
         0.5 * k * dot(d, d)
     }
 
-    fn gradient(&self, e: usize, q: &[f64; 9], at: &EvalPoint<'_>, g: &mut [f64; 9]) -> f64 {
+    fn gradient(&self, e: usize, q: &[f64; 15], at: &EvalPoint<'_>, g: &mut [f64; 15]) -> f64 {
         let (d, r, k) = self.pulled(e, q, at);
-        set_node(g, 0, scale(k, d));
-        set_node(g, 1, scale(-k, d));
-        set_node(g, 2, scale(-k, cross(r, d)));
+        for (i, w) in self.weights(e).into_iter().enumerate() {
+            set_node(g, i, scale(k * w, d));
+        }
+        set_node(g, 4, scale(-k, cross(r, d)));
         0.5 * k * dot(d, d)
     }
 
     fn hessian(
         &self,
         e: usize,
-        q: &[f64; 9],
+        q: &[f64; 15],
         at: &EvalPoint<'_>,
         curvature: Curvature,
-        g: &mut [f64; 9],
-        h: &mut [[f64; 9]; 9],
+        g: &mut [f64; 15],
+        h: &mut [[f64; 15]; 15],
     ) -> f64 {
         let value = self.gradient(e, q, at, g);
         let (d, r, k) = self.pulled(e, q, at);
-        *h = [[0.0; 9]; 9];
-        for a in 0..3 {
-            h[a][a] = k;
-            h[3 + a][3 + a] = k;
-            h[a][3 + a] = -k;
-            h[3 + a][a] = -k;
+        *h = [[0.0; 15]; 15];
+        let w = self.weights(e);
+        for i in 0..4 {
+            for j in 0..4 {
+                for a in 0..3 {
+                    h[3 * i + a][3 * j + a] = k * (w[i] * w[j]);
+                }
+            }
+            let turn = skew(r).map(|row| scale(k * w[i], row));
+            put(h, i, 4, &turn);
+            put_transposed(h, 4, i, &turn);
         }
-        let turn = skew(r).map(|row| scale(k, row));
-        let back = turn.map(|row| scale(-1.0, row));
-        put(h, 0, 2, &turn);
-        put_transposed(h, 2, 0, &turn);
-        put(h, 1, 2, &back);
-        put_transposed(h, 2, 1, &back);
         let mut spin = outer(r, r).map(|row| scale(-k, row));
         for a in 0..3 {
             spin[a][a] += k * dot(r, r);
@@ -159,7 +177,7 @@ impl StencilEnergy<3, 9> for RigidTrims {
             Curvature::Exact => spin = sum(&spin, k, &geometric(d, r)),
             Curvature::Projected => spin = sum(&spin, k, &geometric_projected(d, r)),
         }
-        put(h, 2, 2, &spin);
+        put(h, 4, 4, &spin);
         value
     }
 

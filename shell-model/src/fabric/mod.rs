@@ -26,6 +26,7 @@
 
 mod bending;
 mod error;
+mod evaluate;
 mod file;
 pub mod library;
 mod measured;
@@ -34,6 +35,7 @@ mod tree;
 
 pub use bending::BendingRigidity;
 pub use error::FabricError;
+pub use evaluate::FabricState;
 pub use file::{FabricRecord, Provenance, SourceKind, read_fabric, read_fabric_file};
 pub use measured::{MeasuredFabric, read_measured};
 pub use membrane::MembraneModuli;
@@ -69,7 +71,7 @@ pub struct Fabric {
     pub membrane_damping: f64,
     /// Bending dissipation `β_b` \[s\].
     pub bending_damping: f64,
-    /// Coulomb friction coefficient of cloth on cloth \[1\].
+    /// Coulomb friction coefficient of the fabric on itself \[1\].
     pub friction: f64,
     /// Drag against the still air `α` [1/s]: force `−α m v`.
     pub drag: f64,

@@ -9,10 +9,11 @@ use selvedge_energy::EvalPoint;
 use super::envelope::Envelope;
 use super::self_contact::inverse_masses;
 use super::{CHUNK, ContactSource, StepStart, check_margin, check_step, in_order};
+use crate::friction::common_coefficient;
 use crate::vec3::{norm, point, sub};
 use crate::{
     Aabb, Body, CollisionError, ContactPotential, ContactQuadratic, ContactResponse, Friction,
-    SurfaceSample,
+    SurfaceSample, pair_friction,
 };
 use guard::Guard;
 use pass::{Anchor, Candidate, Pass, Task};
@@ -48,14 +49,19 @@ impl Default for BodyContactSettings {
 /// `φ` is the distance in the pose at the end of the step. The curvature is
 /// the Gauss-Newton part, without `∇²φ`. Friction acts in the plane across
 /// `∇φ`, on the velocity relative to the surface; its anchors are kept in the
-/// body's own frame and move with it. A body may bring its own friction
-/// coefficient.
+/// body's own frame and move with it. A body that brings its own friction
+/// coefficient rubs with the [geometric mean](crate::pair_friction) of its
+/// and the cloth's, another one with the cloth's.
 pub struct BodyContact {
     bodies: Vec<Arc<dyn Body>>,
     points: Vec<u32>,
     point_count: usize,
     potential: Box<dyn ContactPotential>,
     friction: Option<Friction>,
+    /// Coefficient of each body with cloth of the common coefficient.
+    body_coefficients: Vec<f64>,
+    /// Coefficients of the points; empty where all are that of the friction.
+    coefficients: Vec<f64>,
     inverse_masses: Vec<f64>,
     areas: Vec<f64>,
     settings: BodyContactSettings,
@@ -85,6 +91,8 @@ impl BodyContact {
             point_count: points,
             potential: Box::new(ContactQuadratic::body()),
             friction: None,
+            body_coefficients: Vec::new(),
+            coefficients: Vec::new(),
             inverse_masses: Vec::new(),
             areas: Vec::new(),
             settings: BodyContactSettings::default(),
@@ -170,7 +178,37 @@ impl BodyContact {
         }
         self.inverse_masses = inverse_masses(masses);
         self.friction = Some(friction);
+        self.pair(friction.coefficient());
         Ok(self)
+    }
+
+    /// Coefficients of all points \[1\], each of the cloth there on itself, in
+    /// place of the one of [`with_friction`](Self::with_friction), which has
+    /// to come first. Equal coefficients cost nothing.
+    ///
+    /// # Errors
+    /// [`CollisionError::Length`], and [`CollisionError::Parameter`] for one
+    /// that is negative or not finite.
+    pub fn with_coefficients(mut self, coefficients: Vec<f64>) -> Result<Self, CollisionError> {
+        let common = common_coefficient(&coefficients, self.point_count)?;
+        match (self.friction, common) {
+            (None, _) => {}
+            (Some(f), Some(common)) => {
+                self.friction = Some(f.with_coefficient(common));
+                self.pair(common);
+            }
+            (Some(_), None) => self.coefficients = coefficients,
+        }
+        Ok(self)
+    }
+
+    /// Coefficients of the bodies with cloth of one coefficient.
+    fn pair(&mut self, of_cloth: f64) {
+        let pair = |b: &Arc<dyn Body>| match b.friction() {
+            Some(of_body) => pair_friction(of_body, of_cloth),
+            None => of_cloth,
+        };
+        self.body_coefficients = self.bodies.iter().map(pair).collect();
     }
 
     /// Says which bodies never move. Distances to them are remembered, so that
@@ -473,6 +511,7 @@ impl ContactSource for BodyContact {
             .sum();
         4 * self.points.capacity()
             + 8 * (self.inverse_masses.capacity() + self.areas.capacity())
+            + 8 * (self.coefficients.capacity() + self.body_coefficients.capacity())
             + 8 * self.candidates.capacity()
             + 16 * self.ranges.capacity()
             + size_of::<Anchor>() * (self.memory.capacity() + self.spare.capacity())

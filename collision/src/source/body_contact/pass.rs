@@ -6,7 +6,9 @@ use selvedge_energy::EvalPoint;
 use super::BodyContact;
 use crate::friction::{AnchorState, anchor_damping};
 use crate::vec3::{Vec3, add, add_outer, axpy, norm, point, scale, sub, tangential, unit};
-use crate::{ContactResponse, Friction, FrictionAnchored, FrictionLagged, SurfaceSample};
+use crate::{
+    ContactResponse, Friction, FrictionAnchored, FrictionLagged, SurfaceSample, pair_friction,
+};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Candidate {
@@ -98,10 +100,14 @@ impl Pass<'_> {
         })
     }
 
-    fn coefficient(&self, c: Candidate, of_cloth: f64) -> f64 {
-        self.source.bodies[c.body as usize]
-            .friction()
-            .unwrap_or(of_cloth)
+    fn coefficient(&self, c: Candidate) -> f64 {
+        match self.source.coefficients.get(c.point as usize) {
+            None => self.source.body_coefficients[c.body as usize],
+            Some(&of_cloth) => match self.source.bodies[c.body as usize].friction() {
+                Some(of_body) => pair_friction(of_body, of_cloth),
+                None => of_cloth,
+            },
+        }
     }
 
     /// Way of a point in this step relative to the surface, tangential.
@@ -139,7 +145,7 @@ impl Pass<'_> {
         };
         (
             FrictionAnchored {
-                coefficient: self.coefficient(c, f.coefficient),
+                coefficient: self.coefficient(c),
                 ..*f
             },
             state,
@@ -195,7 +201,7 @@ impl Pass<'_> {
                         let lambda = norm(a.place);
                         let n = unit(a.place).unwrap_or(touch.normal);
                         let f = FrictionLagged {
-                            coefficient: self.coefficient(c, f.coefficient),
+                            coefficient: self.coefficient(c),
                             ..*f
                         };
                         let answer = f.respond(self.slid(c, s, n), n, lambda, self.at.dt);

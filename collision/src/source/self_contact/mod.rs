@@ -11,11 +11,12 @@ use skin::Skin;
 use super::envelope::Envelope;
 use super::side::Meeting;
 use super::{CHUNK, ContactSource, StepStart, check_margin, check_step, in_order};
+use crate::friction::common_coefficient;
 use crate::proximity::check_positions;
 use crate::vec3::{combine, point, sub, tangential};
 use crate::{
     BvhParry, Candidates, CollisionBackend, CollisionError, CollisionMesh, ContactPotential,
-    ContactQuadratic, ContactResponse, ContactSet, Friction, ProximityBackend,
+    ContactQuadratic, ContactResponse, ContactSet, Friction, FrictionLagged, ProximityBackend,
 };
 
 const NAME: &str = "self-contact";
@@ -91,6 +92,7 @@ impl SelfContact {
                 mesh,
                 potential: Box::new(potential),
                 friction: None,
+                coefficients: Vec::new(),
                 inverse_masses: Vec::new(),
                 candidates: Candidates::default(),
                 memory: Memory::default(),
@@ -144,6 +146,25 @@ impl SelfContact {
         }
         self.pairs.inverse_masses = inverse_masses(masses);
         self.pairs.friction = Some(friction);
+        Ok(self)
+    }
+
+    /// Coefficients of all points \[1\], each of the cloth there on itself, in
+    /// place of the one of [`with_friction`](Self::with_friction), which has
+    /// to come first. A side of a pair has the mean at its closest point, the
+    /// pair the [geometric mean](crate::pair_friction) of its sides. Equal
+    /// coefficients cost nothing.
+    ///
+    /// # Errors
+    /// [`CollisionError::Length`], and [`CollisionError::Parameter`] for one
+    /// that is negative or not finite.
+    pub fn with_coefficients(mut self, coefficients: Vec<f64>) -> Result<Self, CollisionError> {
+        let common = common_coefficient(&coefficients, self.pairs.mesh.points())?;
+        match (self.pairs.friction, common) {
+            (None, _) => {}
+            (Some(f), Some(common)) => self.pairs.friction = Some(f.with_coefficient(common)),
+            (Some(_), None) => self.pairs.coefficients = coefficients,
+        }
         Ok(self)
     }
 
@@ -295,6 +316,10 @@ impl ContactSource for SelfContact {
             for c in &self.lagged {
                 let moved = c.nodes.map(|n| sub(point(at.q, n), point(at.q_start, n)));
                 let u = tangential(combine(&c.weights, &moved), c.normal);
+                let f = FrictionLagged {
+                    coefficient: self.pairs.coefficient(f.coefficient, &c.nodes, &c.weights),
+                    ..*f
+                };
                 let answer = f.respond(u, c.normal, c.force, at.dt);
                 energy += answer.energy;
                 out.nodes.push(c.nodes);
@@ -377,7 +402,7 @@ impl ContactSource for SelfContact {
             + self.backend.heap_bytes()
             + self.envelope.heap_bytes()
             + self.skin.heap_bytes()
-            + 8 * self.pairs.inverse_masses.capacity()
+            + 8 * (self.pairs.inverse_masses.capacity() + self.pairs.coefficients.capacity())
             + 8 * (self.pairs.candidates.vertex_triangle.capacity()
                 + self.pairs.candidates.edge_edge.capacity())
             + self.pairs.memory.heap_bytes()

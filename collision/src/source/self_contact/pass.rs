@@ -9,6 +9,7 @@ use crate::source::side::{Meeting, Pair, Side, Touch};
 use crate::vec3::{Vec3, add, add_outer, axpy, combine, point, scale, sub, tangential};
 use crate::{
     Candidates, CollisionMesh, ContactPotential, ContactResponse, Friction, FrictionAnchored,
+    pair_friction,
 };
 
 /// What evaluation reads.
@@ -16,9 +17,32 @@ pub(super) struct Pairs {
     pub mesh: CollisionMesh,
     pub potential: Box<dyn ContactPotential>,
     pub friction: Option<Friction>,
+    /// Coefficients of the points; empty where all are that of the friction.
+    pub coefficients: Vec<f64>,
     pub inverse_masses: Vec<f64>,
     pub candidates: Candidates,
     pub memory: Memory,
+}
+
+impl Pairs {
+    /// Coefficient of a pair; `common` where all points have the same. The
+    /// weights of a pair's sides differ in sign and sum to one each.
+    #[inline]
+    pub(super) fn coefficient(&self, common: f64, nodes: &[u32; 4], weights: &[f64; 4]) -> f64 {
+        if self.coefficients.is_empty() {
+            return common;
+        }
+        let (mut one, mut other) = (0.0, 0.0);
+        for (n, w) in nodes.iter().zip(weights) {
+            let part = w * self.coefficients[*n as usize];
+            if *w > 0.0 {
+                one += part;
+            } else {
+                other -= part;
+            }
+        }
+        pair_friction(one, other)
+    }
 }
 
 /// Friction of a pair with everything but the displacement frozen.
@@ -139,6 +163,24 @@ impl<'a> Pass<'a> {
         pair.meet(self.thickness)
     }
 
+    /// Friction with the coefficient of a pair.
+    #[inline]
+    fn friction_of(
+        &self,
+        common: &FrictionAnchored,
+        kind: PairKind,
+        pair: [u32; 2],
+        touch: &Touch,
+    ) -> FrictionAnchored {
+        let nodes = self.nodes(kind, pair);
+        FrictionAnchored {
+            coefficient: self
+                .pairs
+                .coefficient(common.coefficient, &nodes, &touch.weights),
+            ..*common
+        }
+    }
+
     /// State of the anchor of a touching pair.
     fn anchor_state(
         &self,
@@ -197,7 +239,8 @@ impl<'a> Pass<'a> {
             add_outer(&mut k, repulsion.curvature, touch.normal);
             task.energy += repulsion.energy;
             if let Some(f) = &self.anchored {
-                let state = self.anchor_state(f, kind, pair, &touch, anchor, repulsion.force);
+                let f = self.friction_of(f, kind, pair, &touch);
+                let state = self.anchor_state(&f, kind, pair, &touch, anchor, repulsion.force);
                 let answer = f.respond(&state, self.at.dt);
                 force = axpy(force, 1.0, answer.force);
                 answer.add_curvature(&state, self.at.dt, &mut k);
@@ -254,7 +297,8 @@ impl<'a> Pass<'a> {
                 .pairs
                 .potential
                 .evaluate(touch.gap, self.area(kind, pair));
-            let state = self.anchor_state(f, kind, pair, &touch, anchor, repulsion.force);
+            let f = self.friction_of(f, kind, pair, &touch);
+            let state = self.anchor_state(&f, kind, pair, &touch, anchor, repulsion.force);
             let answer = f.respond(&state, self.at.dt);
             memory.anchors.push(match anchor {
                 Some(a) if !answer.slipping => a,

@@ -1,6 +1,6 @@
 //! Cloths and bodies.
 
-use super::super::model::{BodyShape, ClothShape, Rotation};
+use super::super::model::{BodyShape, Cloth, ClothShape, Rotation};
 use super::super::suggest::show;
 use super::Check;
 
@@ -27,6 +27,19 @@ impl Check<'_> {
             if !matches!(cloth.shape, ClothShape::Mesh { .. }) {
                 self.spacing(&path, cloth.edge_length());
             }
+        }
+    }
+
+    /// Layers are there to touch.
+    pub(super) fn layers(&mut self) {
+        let off = self.scene.contact.self_contact == super::super::model::Switch::Off;
+        if off && self.scene.cloth.iter().any(Cloth::is_layered) {
+            self.warning(
+                "scene::layer",
+                "contact.self",
+                "`contact.self` = false lets layers of cloth pass through each other",
+                "leave it out",
+            );
         }
     }
 

@@ -4,6 +4,7 @@
 mod geometry;
 mod hold;
 mod settings;
+mod trim;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -25,8 +26,10 @@ pub(crate) fn check(scene: &SceneFile, locations: &Locations, findings: &mut Dia
     check.names();
     check.fabrics();
     check.cloths();
+    check.layers();
     check.bodies();
     check.holds();
+    check.trims();
     check.settings();
 }
 

@@ -17,7 +17,8 @@ pub(super) static BODY: Table = Table::new(
             "friction",
             number("", Range::zero_to(100.0)),
             "0.3",
-            "Coulomb friction coefficient of cloth on this body.",
+            "Coulomb friction coefficient of the body's material; cloth rubs on it with the \
+             geometric mean of this and the fabric's.",
         ),
         key(
             "motion",

@@ -1,8 +1,12 @@
-use super::super::spec::Kind::{Choice, Integers, NamedTexts, Path, Rotation, Text, Texts, Vector};
+use super::super::spec::Kind::{
+    Choice, Integers, NamedIntegers, NamedTexts, Path, Rotation, Text, Texts, Vector,
+};
 use super::super::spec::{
     Key, Range, Table, Variant, derived, integer, key, number, optional, required,
 };
 use super::POSITION;
+
+const MOST_LAYERS: i64 = 100;
 
 pub(super) static CLOTH: Table = Table::new(
     "A piece of cloth.",
@@ -51,6 +55,13 @@ pub(super) static CLOTH: Table = Table::new(
             "1",
             "Seed of that displacement.",
         ),
+        key(
+            "layer",
+            integer(0, MOST_LAYERS),
+            "0",
+            "Place among the layers of clothing, from 0 at the body outwards. Patterns start \
+             `assemble.layer_clearance` further out for each; cloth in layers touches itself.",
+        ),
     ],
 )
 .tagged_or(
@@ -64,8 +75,7 @@ pub(super) static CLOTH: Table = Table::new(
         },
         Variant {
             name: "mesh",
-            doc: "A triangle mesh from an OBJ file, at rest in the shape of the file; warp runs \
-                  along the world's x axis.",
+            doc: "A triangle mesh from an OBJ file.",
             keys: MESH,
         },
         Variant {
@@ -123,6 +133,26 @@ static SHEET: &[Key] = &[
 ];
 
 static MESH: &[Key] = &[
+    key(
+        "rest",
+        Choice(&[
+            (
+                "auto",
+                "the texture coordinates if every edge has between 0.8 and 1.25 times its length \
+                 in them and no triangle is turned over, as in `final.obj`; else the shape",
+            ),
+            (
+                "shape",
+                "the shape of the file; warp runs along the world's x axis",
+            ),
+            (
+                "texture",
+                "the texture coordinates, warp and weft in the unit of the file",
+            ),
+        ]),
+        "\"auto\"",
+        "What is at rest.",
+    ),
     required("file", Path, "OBJ file, relative to the scene file."),
     key(
         "scale",
@@ -144,6 +174,12 @@ static PATTERN: &[Key] = &[
         NamedTexts,
         "{}",
         "Fabric of single panels, by panel name.",
+    ),
+    key(
+        "panel_layer",
+        NamedIntegers { max: MOST_LAYERS },
+        "{}",
+        "Layer of single panels, by panel name, instead of `layer`: an overlapping front, a pocket.",
     ),
     key(
         "hold",

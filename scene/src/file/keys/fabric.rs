@@ -47,7 +47,8 @@ pub(super) static FABRIC: Table = Table::new(
         optional(
             "friction",
             number("", Range::zero_to(100.0)),
-            "Coulomb friction coefficient of cloth on cloth.",
+            "Coulomb friction coefficient of the fabric on itself. Two fabrics, or a fabric and a \
+             body, rub with the geometric mean of their coefficients.",
         ),
         optional("membrane", Sub(&MEMBRANE), "Resistance to stretching."),
         optional("bending", Sub(&BENDING), "Resistance to bending."),

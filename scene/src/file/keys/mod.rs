@@ -5,6 +5,7 @@ mod cloth;
 mod fabric;
 mod hold;
 mod settings;
+mod trim;
 
 use super::spec::Kind::{Named, Table as Sub, Tables, Text, Vector};
 use super::spec::{ANY, Range, Table, derived, key, number};
@@ -34,6 +35,13 @@ pub(crate) static SCENE: Table = Table::new(
             Tables(&hold::ATTACHMENT),
             "[]",
             "Points held by springs.",
+        ),
+        key("button", Tables(&trim::BUTTON), "[]", "Buttons."),
+        key(
+            "buttonhole",
+            Tables(&trim::BUTTONHOLE),
+            "[]",
+            "Holes by which cloth is fastened to buttons.",
         ),
         key(
             "fabric",

@@ -194,6 +194,10 @@ pub(super) static SOLVER: Table = Table::new(
         key(
             "preconditioner",
             Choice(&[
+                (
+                    "auto",
+                    "`multigrid` from 5000 points, else `incomplete-cholesky`: the fastest here",
+                ),
                 ("none", "none"),
                 ("diagonal", "inverse diagonal"),
                 ("block-jacobi", "inverse 3×3 diagonal blocks"),
@@ -204,7 +208,7 @@ pub(super) static SOLVER: Table = Table::new(
                     "algebraic multigrid: iterations hardly grow with the number of points",
                 ),
             ]),
-            "\"block-jacobi\"",
+            "\"auto\"",
             "Preconditioner of `cg` and `refined`.",
         ),
         key(
@@ -336,11 +340,11 @@ pub(super) static CONTACT: Table = Table::new(
             "Distance that cloth keeps from bodies.",
         )
         .hint("m, not mm"),
-        key(
+        optional(
             "friction",
             number("", Range::zero_to(100.0)),
-            "0.3",
-            "Coulomb friction coefficient of cloth on cloth; bodies have their own.",
+            "Coulomb friction coefficient of every pair, cloth on cloth and cloth on bodies, \
+             instead of the geometric mean of the two materials' own coefficients.",
         ),
         key(
             "friction_model",
@@ -400,6 +404,13 @@ pub(super) static ASSEMBLE: Table = Table::new(
             number("m", Range::zero_to(1.0)),
             "0.02",
             "Least distance of the panels from the body at the start.",
+        )
+        .hint("m, not mm or cm"),
+        key(
+            "layer_clearance",
+            number("m", Range::zero_to(1.0)),
+            "5e-3",
+            "What `clearance` grows by for every `layer`.",
         )
         .hint("m, not mm or cm"),
         key(

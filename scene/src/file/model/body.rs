@@ -9,7 +9,7 @@ use super::{Interpolation, Keyframe, Rotation};
 pub struct Body {
     /// Name.
     pub name: String,
-    /// Friction coefficient of cloth on it \[1\].
+    /// Friction coefficient of its material \[1\].
     pub friction: f64,
     /// Keyframes.
     pub motion: Vec<Keyframe>,

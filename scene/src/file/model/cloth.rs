@@ -22,6 +22,8 @@ pub struct Cloth {
     pub noise: f64,
     /// Seed of the displacement.
     pub noise_seed: u64,
+    /// Layer, from 0 at the body outwards.
+    pub layer: u32,
     /// Where its geometry comes from.
     #[serde(flatten)]
     pub shape: ClothShape,
@@ -50,6 +52,8 @@ pub enum ClothShape {
         file: PathBuf,
         /// Factor to metres.
         scale: f64,
+        /// What is at rest.
+        rest: MeshRest,
     },
     /// A sewing pattern.
     Pattern {
@@ -60,9 +64,23 @@ pub enum ClothShape {
         edge_length: Option<f64>,
         /// Fabric of single panels.
         panel_fabric: BTreeMap<String, String>,
+        /// Layer of single panels.
+        panel_layer: BTreeMap<String, u32>,
         /// Labels of edges attached to the body.
         hold: Vec<String>,
     },
+}
+
+/// What of a mesh file is at rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MeshRest {
+    /// Texture coordinates that can be lengths of the cloth, else the shape.
+    Auto,
+    /// The shape.
+    Shape,
+    /// Texture coordinates.
+    Texture,
 }
 
 /// Arrangement of a sheet's points.
@@ -79,6 +97,25 @@ impl Cloth {
     /// Whether it is sewn from a pattern.
     pub fn is_sewn(&self) -> bool {
         matches!(self.shape, ClothShape::Pattern { .. })
+    }
+
+    /// Layer of a panel, from 0 at the body outwards.
+    pub fn layer_of(&self, panel: &str) -> u32 {
+        match &self.shape {
+            ClothShape::Pattern { panel_layer, .. } => panel_layer.get(panel),
+            _ => None,
+        }
+        .copied()
+        .unwrap_or(self.layer)
+    }
+
+    /// Whether it or a panel of it lies over another layer.
+    pub fn is_layered(&self) -> bool {
+        let panels = match &self.shape {
+            ClothShape::Pattern { panel_layer, .. } => panel_layer.values().any(|l| *l > 0),
+            _ => false,
+        };
+        self.layer > 0 || panels
     }
 
     /// Edge length that the cloth asks for itself \[m\].

@@ -6,6 +6,7 @@ mod fabric;
 mod hold;
 mod motion;
 mod settings;
+mod trim;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -13,7 +14,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub use body::{Body, BodyShape, Part};
-pub use cloth::{Cloth, ClothShape, Lattice};
+pub use cloth::{Cloth, ClothShape, Lattice, MeshRest};
 pub use fabric::{BendingEntry, FabricDamping, FabricEntry, MembraneEntry};
 pub use hold::{Attachment, Corner, Edge, Pin, PinKind, Select};
 pub use motion::{DenseKey, Interpolation, Keyframe, Rotation, dense_keys};
@@ -24,6 +25,7 @@ pub use settings::{
     Reorder, ResidualNormKind, Scatter, SimulationSettings, SolverKind, SolverSettings,
     StopSettings, Switch,
 };
+pub use trim::{Button, Buttonhole};
 
 /// A scene: what to simulate and how, with every default filled in.
 ///
@@ -46,6 +48,10 @@ pub struct SceneFile {
     pub pin: Vec<Pin>,
     /// Points held by springs.
     pub attachment: Vec<Attachment>,
+    /// Buttons.
+    pub button: Vec<Button>,
+    /// Holes by which cloth hangs on buttons.
+    pub buttonhole: Vec<Buttonhole>,
     /// Fabrics of the scene, by name.
     pub fabric: BTreeMap<String, FabricEntry>,
     /// Triangulation.

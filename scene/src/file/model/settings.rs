@@ -194,6 +194,8 @@ pub enum SolverKind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PreconditionerKind {
+    /// By the number of points.
+    Auto,
     /// None.
     None,
     /// Inverse diagonal.
@@ -279,8 +281,9 @@ pub struct ContactSettings {
     pub thickness: f64,
     /// Distance that cloth keeps from bodies \[m\].
     pub body_thickness: f64,
-    /// Coulomb friction coefficient of cloth on cloth; bodies have their own.
-    pub friction: f64,
+    /// Coulomb friction coefficient of every pair, instead of the materials' own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
     /// Friction.
     pub friction_model: FrictionModel,
 }
@@ -344,6 +347,8 @@ pub struct OutputSettings {
 pub struct AssembleSettings {
     /// Least distance of the panels from the body at the start \[m\].
     pub clearance: f64,
+    /// What `clearance` grows by for every layer \[m\].
+    pub layer_clearance: f64,
     /// Iterations that bend the panels around the body before sewing.
     pub pre_iterations: usize,
     /// Time over which the seams are closed \[s\].

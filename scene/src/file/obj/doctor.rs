@@ -25,7 +25,8 @@ fn size(mesh: &ObjMesh, name: &str, purpose: Purpose, out: &mut Diagnostics) {
     let extent = (0..3).map(|k| max[k] - min[k]).fold(0.0, f64::max);
     // Sizes that are suspicious, and sizes that are impossible.
     let ((low, high), (least, most)) = match purpose {
-        Purpose::Cloth => ((0.005, 30.0), (0.002, 120.0)),
+        // A napkin in cm and a garment at a hundredth are beyond the first.
+        Purpose::Cloth => ((0.02, 15.0), (0.002, 120.0)),
         Purpose::Body => ((0.01, 50.0), (0.01, 50.0)),
     };
     if extent > high || extent < low {
