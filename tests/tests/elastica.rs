@@ -172,3 +172,20 @@ fn elastica_with_a_load_at_its_end() {
     assert_relative_eq!(1.0 - x, 0.16064, max_relative = 5e-3);
     assert_relative_eq!(y, 0.49346, max_relative = 5e-3);
 }
+
+/// The error falls with the square of the mesh size.
+#[test]
+fn order_in_mesh_size() {
+    let exact = 1.06680;
+    let meshes = [8, 16, 32];
+    let errors = meshes.map(|n| {
+        let [y, x] = cantilever(n, 10.0, Load::Weight);
+        (y / x / exact - 1.0).abs()
+    });
+    let spacing = meshes.map(|n| 1.0 / (n as f64 - 0.5));
+    for k in 0..2 {
+        let order = (errors[k] / errors[k + 1]).ln() / (spacing[k] / spacing[k + 1]).ln();
+        println!("elastica: errors {errors:?}, order {order:.3}");
+        assert_relative_eq!(order, 2.0, epsilon = 0.2);
+    }
+}

@@ -9,7 +9,7 @@ mod trunk;
 
 use crate::place::{BodyField, BodyGuard};
 use crate::{GarmentMesh, MeshSettings};
-use relax::{Hang, Hold, Relax};
+use relax::{Hang, Hold, Relax, Relaxed};
 use repel::Repel;
 use sheet::Sheet;
 use trunk::Trunk;
@@ -146,12 +146,14 @@ pub fn preassemble(
             (distance, normal)
         }
     };
-    let lifted = attempt(&levels, &above_the_feet, settings);
-    if lifted.1.stretch_max < MUCH_BETTER * free.1.stretch_max {
-        lifted
-    } else {
-        free
+    let mut lifted = attempt(&levels, &above_the_feet, settings);
+    if lifted.1.stretch_max > MUCH_BETTER * free.1.stretch_max {
+        return free;
     }
+    let budget = settings.iterations >> (levels.len() - 1);
+    relax_level(garment, &mut lifted.0, body, settings, budget);
+    measure(garment, &lifted.0, body, &mut lifted.1);
+    lifted
 }
 
 /// Height of the ankles above the ground, `y = 0` [m].
@@ -171,24 +173,12 @@ fn attempt(
         if i > 0 {
             x = prolong::prolong(levels[i - 1], &x, mesh);
         }
-        let sheet = Sheet::new(mesh);
-        let kept = Hold::new(mesh, &settings.kept, &mesh.points_initial);
-        let mut repel = Repel::new(mesh);
         let budget = (settings.iterations >> i).max(50);
         let mut iterations = 0;
         if i == 0 {
-            iterations = fall(mesh, &sheet, &kept, &mut x, body, settings, budget);
+            iterations = fall(mesh, &mut x, body, settings, budget);
         }
-        let extra = point_clearance(mesh, settings);
-        let field = |i: usize, p: [f64; 3]| further_out(body(p), &extra, i);
-        let mut guard = BodyGuard::new(&x, &field, settings.clearance);
-        let work = Relax {
-            sheet: &sheet,
-            settings,
-            hang: None,
-            hold: &kept,
-        };
-        let mut done = work.run(&mut x, &mut guard, &mut repel, budget);
+        let mut done = relax_level(mesh, &mut x, body, settings, budget);
         done.iterations += iterations;
         report.levels.push(LevelReport {
             edge_length: mesh.settings.edge_length,
@@ -199,6 +189,25 @@ fn attempt(
     }
     measure(levels[levels.len() - 1], &x, body, &mut report);
     (x, report)
+}
+
+fn relax_level(
+    mesh: &GarmentMesh,
+    x: &mut [[f64; 3]],
+    body: BodyField<'_>,
+    settings: &AssembleSettings,
+    budget: usize,
+) -> Relaxed {
+    let extra = point_clearance(mesh, settings);
+    let field = |i: usize, p: [f64; 3]| further_out(body(p), &extra, i);
+    let mut guard = BodyGuard::new(x, &field, settings.clearance);
+    let work = Relax {
+        sheet: &Sheet::new(mesh),
+        settings,
+        hang: None,
+        hold: &Hold::new(mesh, &settings.kept, &mesh.points_initial),
+    };
+    work.run(x, &mut guard, &mut Repel::new(mesh), budget)
 }
 
 /// Most rounds of [`untangle`], and how far from a crossing points may pass each
@@ -286,8 +295,6 @@ fn further_out(
 /// the heights of held edges kept. Returns the iterations spent.
 fn fall(
     mesh: &GarmentMesh,
-    sheet: &Sheet,
-    kept: &Hold,
     x: &mut [[f64; 3]],
     body: BodyField<'_>,
     settings: &AssembleSettings,
@@ -313,15 +320,17 @@ fn fall(
     };
     let mut guard = BodyGuard::new(x, &field, settings.clearance);
     let mut repel = Repel::new(mesh);
+    let sheet = Sheet::new(mesh);
+    let kept = Hold::new(mesh, &settings.kept, &mesh.points_initial);
     // First find the height at which the garment fits, then hold it there.
     let mut work = Relax {
-        sheet,
+        sheet: &sheet,
         settings,
         hang: None,
-        hold: kept,
+        hold: &kept,
     };
     let fitting = work.run(x, &mut guard, &mut repel, iterations / 3);
-    let hold = Hold::new(mesh, &settings.held, x).and(kept);
+    let hold = Hold::new(mesh, &settings.held, x).and(&kept);
     (work.hang, work.hold) = (Some(&hang), &hold);
     let falling = work.run(x, &mut guard, &mut repel, iterations);
     fitting.iterations + falling.iterations
