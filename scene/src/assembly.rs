@@ -70,7 +70,10 @@ pub(crate) fn assemble(
             if interrupt.load(Ordering::Relaxed) {
                 break Some((
                     Status::Stopped,
-                    format!("interrupted while sewing ({name})"),
+                    format!(
+                        "interrupted while sewing, stage `{name}` at t = {:.4} s",
+                        simulation.state().time
+                    ),
                 ));
             }
             match simulation.advance() {
@@ -96,6 +99,8 @@ pub(crate) fn assemble(
             },
         ));
         if let Some((status, reason)) = cut {
+            // The drape has not begun.
+            state.time = 0.0;
             return Ok(Assembled::Cut {
                 state,
                 summaries,
