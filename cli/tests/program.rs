@@ -111,3 +111,21 @@ fn results_in_the_way() {
         assert_eq!(files.count(), 1, "{name}");
     }
 }
+
+/// Iterations of the linear solver are not among the contacts.
+#[test]
+fn plots_of_a_run() {
+    let folder = folder();
+    let (code, errors) = output(folder.path(), "", "run sheet.toml -o out");
+    assert_eq!(code, Some(0), "{errors}");
+    let page = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    for title in ["Contacts", "Linear solver"] {
+        let figure = page
+            .split_once(&format!("<figcaption>{title}<"))
+            .and_then(|(_, rest)| rest.split_once("</figure>"))
+            .unwrap()
+            .0;
+        let solver = title == "Linear solver";
+        assert_eq!(figure.contains("linear iterations"), solver, "{title}");
+    }
+}
