@@ -10,12 +10,14 @@ use std::process::ExitCode;
 
 use crate::Failure;
 use crate::args::{Cli, Command};
+use crate::signals;
 
 /// Does what the command line asks for.
 ///
 /// # Errors
 /// [`Failure`], with the exit status it stands for.
 pub fn dispatch(cli: &Cli) -> Result<ExitCode, Failure> {
+    signals::oversized_writes_fail();
     match &cli.command {
         Command::Run(args) => run::run(args, cli.json),
         Command::Drape(args) => run::drape(args, cli.json),

@@ -8,5 +8,6 @@ mod failure;
 mod output;
 mod progress;
 mod report_data;
+mod signals;
 
 pub use failure::Failure;

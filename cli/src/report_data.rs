@@ -193,7 +193,7 @@ fn series(recording: &Recording) -> Vec<Series> {
         of(&|i| steps[i].contacts as f64),
     ));
     all.push(one(
-        "contacts",
+        "solver",
         "linear iterations",
         "",
         false,

@@ -46,7 +46,7 @@ fn user_text_is_not_markup() {
     data.scene_text = evil.into();
     data.notes = vec![evil.into()];
     data.summary = json!({ "status": evil, "reason": evil, "version": evil, evil: { evil: evil },
-        "stages": { evil: 1.0 }, "error_estimate": { evil: evil },
+        "defects": [{ "kind": evil, "at": [evil], "parts": [evil] }], "stages": { evil: 1.0 }, "error_estimate": { evil: evil },
         "effects": [{ "name": evil, "reason": evil, "on": true }] });
     data.settings = json!({ evil: { evil: [evil] }, "plain": evil });
     data.mesh.panel_names = vec![evil.into()];

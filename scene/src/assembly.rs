@@ -70,7 +70,10 @@ pub(crate) fn assemble(
             if interrupt.load(Ordering::Relaxed) {
                 break Some((
                     Status::Stopped,
-                    format!("interrupted while sewing ({name})"),
+                    format!(
+                        "interrupted while sewing, stage `{name}` at t = {:.4} s",
+                        simulation.state().time
+                    ),
                 ));
             }
             match simulation.advance() {
@@ -96,6 +99,8 @@ pub(crate) fn assemble(
             },
         ));
         if let Some((status, reason)) = cut {
+            // The drape has not begun.
+            state.time = 0.0;
             return Ok(Assembled::Cut {
                 state,
                 summaries,
@@ -109,13 +114,11 @@ pub(crate) fn assemble(
     Ok(Assembled::Done { state, summaries })
 }
 
+/// Moves the points of a garment, in the frame of its pattern.
+type Work<'a> = dyn Fn(&Sewn, BodyField<'_>, &AssembleSettings, &mut Vec<[f64; 3]>) + 'a;
+
 /// Applies `work` to the points of every garment, in the frame of its pattern.
-fn on_garments(
-    built: &BuiltScene,
-    state: &mut State,
-    clearance: f64,
-    work: &dyn Fn(&Sewn, BodyField<'_>, &AssembleSettings, &mut Vec<[f64; 3]>),
-) {
+fn on_garments(built: &BuiltScene, state: &mut State, clearance: f64, work: &Work<'_>) {
     let g = &built.geometry;
     let nearest = |p: [f64; 3]| {
         let mut best = (f64::MAX, [0.0, 1.0, 0.0]);

@@ -1,6 +1,6 @@
 //! Runs a scene from its start, or from a checkpoint, to its results.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -175,13 +175,11 @@ fn run_here(
 ) -> Result<RunResult, RunError> {
     let scene = built.scene();
     let directory = &options.directory;
-    let write_error = |path: &Path| {
-        let path = path.to_owned();
-        move |source| RunError::Write { path, source }
-    };
-    std::fs::create_dir_all(directory).map_err(write_error(directory))?;
+    let mut names = vec![result::OBJ, result::SUMMARY];
+    names.extend(scene.output.recording.then_some(RECORDING));
+    result::check_results(directory, &names)?;
     let header = header(built, options);
-    let file = directory.join("run.mcap");
+    let file = directory.join(RECORDING);
     let recording = scene.output.recording.then_some(&file);
     let (mut recorder, checkpoint) = match recording {
         None => (None, None),
@@ -312,6 +310,9 @@ fn run_here(
         recording,
     })
 }
+
+/// File name of the recording.
+const RECORDING: &str = "run.mcap";
 
 /// Name of the checkpoint section with the drape's first positions.
 const START: &str = "start";

@@ -1,6 +1,7 @@
 //! What a run leaves: figures at the end, and the files.
 
-use std::path::Path;
+use std::io;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use selvedge_collision::{ContactResponse, Intersection, self_intersections};
@@ -270,6 +271,9 @@ pub(crate) fn state_hash(q: &[f64], v: &[f64]) -> String {
     hasher.finalize().to_hex().to_string()
 }
 
+pub(crate) const OBJ: &str = "final.obj";
+pub(crate) const SUMMARY: &str = "summary.json";
+
 pub(crate) fn write(
     directory: &Path,
     built: &BuiltScene,
@@ -285,9 +289,9 @@ pub(crate) fn write(
         panels: &g.scene_panel,
         panel_names: &g.panel_names,
     };
-    write_obj(&directory.join("final.obj"), &surface)?;
+    write_obj(&directory.join(OBJ), &surface)?;
     let text = serde_json::to_string_pretty(summary).unwrap_or_default() + "\n";
-    write_whole(&directory.join("summary.json"), text.as_bytes())
+    write_whole(&directory.join(SUMMARY), text.as_bytes())
 }
 
 /// Replaces a file at once: readers see the old or the new contents.
@@ -299,9 +303,7 @@ pub fn write_whole(path: &Path, contents: &[u8]) -> Result<(), RunError> {
         path: path.to_owned(),
         source,
     };
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(".new");
-    let temporary = path.with_file_name(name);
+    let temporary = beside(path, ".new");
     let written =
         std::fs::write(&temporary, contents).and_then(|()| std::fs::rename(&temporary, path));
     if written.is_err() {
@@ -309,4 +311,34 @@ pub fn write_whole(path: &Path, contents: &[u8]) -> Result<(), RunError> {
         let _ = std::fs::remove_file(&temporary);
     }
     written.map_err(failed)
+}
+
+/// Makes the folder and finds out whether results can be put there under their
+/// names, before hours go into them. Files of an earlier run stay as they are.
+///
+/// # Errors
+/// [`RunError::Write`] with the path that is in the way.
+pub fn check_results(directory: &Path, names: &[&str]) -> Result<(), RunError> {
+    let failed = |path: &Path, source| RunError::Write {
+        path: path.to_owned(),
+        source,
+    };
+    std::fs::create_dir_all(directory).map_err(|e| failed(directory, e))?;
+    for name in names {
+        let path = directory.join(name);
+        if path.is_dir() {
+            return Err(failed(&path, io::ErrorKind::IsADirectory.into()));
+        }
+        let probe = beside(&path, ".probe");
+        std::fs::write(&probe, [])
+            .and_then(|()| std::fs::remove_file(&probe))
+            .map_err(|e| failed(&path, e))?;
+    }
+    Ok(())
+}
+
+fn beside(path: &Path, suffix: &str) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(suffix);
+    path.with_file_name(name)
 }

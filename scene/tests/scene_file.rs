@@ -49,7 +49,7 @@ fn defaults() {
     assert_eq!(scene.cloth[0].name, "cloth");
     assert_eq!(scene.cloth[0].fabric, "cotton-poplin");
     let settings = scene.effective();
-    assert_eq!(settings["solver.preconditioner"], "block-jacobi");
+    assert_eq!(settings["solver.preconditioner"], "auto");
     assert_eq!(settings["cloth.0.size"], serde_json::json!([1.0, 1.0]));
     let paper = format!("{SHEET}[integrator]\nresidual_norm = \"paper\"\n");
     assert_eq!(
@@ -86,7 +86,7 @@ fn places_of_mistakes() {
         (
             "[solver]\npreconditioner = \"block-jacoby\"\n",
             "s.toml:4:18: `solver.preconditioner`: there is no \"block-jacoby\" (did you mean \
-             `block-jacobi`? one of none, diagonal, block-jacobi, incomplete-cholesky, chebyshev, multigrid)",
+             `block-jacobi`? one of auto, none, diagonal, block-jacobi, incomplete-cholesky, chebyshev, multigrid)",
         ),
         (
             "[contact]\nthickness = \"2 mm\"\n",

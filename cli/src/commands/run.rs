@@ -1,7 +1,5 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use selvedge_record::{RecordError, Recording};
 use selvedge_scene::build::BuiltScene;
@@ -9,14 +7,19 @@ use selvedge_scene::diagnostic::Diagnostics;
 use selvedge_scene::driver::{self, Progress, RunError, RunOptions, RunResult};
 use selvedge_scene::file::{self, Parsed};
 use selvedge_scene::summary::Status;
-use selvedge_scene::write_whole;
+use selvedge_scene::{check_results, write_whole};
 
 use crate::Failure;
 use crate::args::{DrapeArgs, RunArgs};
 use crate::failure::print_findings;
 use crate::output::say;
 use crate::progress::Reporter;
-use crate::{report, report_data};
+use crate::{report, report_data, signals};
+
+const REPORT: &str = "report.html";
+
+/// Exit status after Ctrl-C, as shells report it: 128 and the signal's number.
+const STOPPED: u8 = 130;
 
 /// `selvedge run`
 pub fn run(args: &RunArgs, json: bool) -> Result<ExitCode, Failure> {
@@ -162,10 +165,10 @@ fn simulate(
         scene_text,
         version: env!("CARGO_PKG_VERSION").to_owned(),
     };
-    let interrupt = Arc::new(AtomicBool::new(false));
-    let raised = interrupt.clone();
-    // Without a handler Ctrl-C ends the program as it always does.
-    let _ = ctrlc::set_handler(move || raised.store(true, Ordering::Relaxed));
+    if built.scene().output.report {
+        check_results(&directory, &[REPORT])?;
+    }
+    let interrupt = signals::interrupt();
     let mut reporter = Reporter::new(json);
     let mut result = driver::run(&built, &options, &mut reporter, &interrupt);
     if resume
@@ -184,14 +187,12 @@ fn simulate(
     let result = result?;
     if built.scene().output.report {
         let data = report_data::of_run(&built, &result, &options.scene_text);
-        write_whole(
-            &directory.join("report.html"),
-            report::render(&data).as_bytes(),
-        )?;
+        write_whole(&directory.join(REPORT), report::render(&data).as_bytes())?;
     }
     tell(&built, &result, &directory, json)?;
     Ok(match result.summary.status {
         Status::Failed => ExitCode::from(1),
+        Status::Stopped => ExitCode::from(STOPPED),
         _ => ExitCode::SUCCESS,
     })
 }

@@ -87,7 +87,7 @@ pub struct Field {
 /// A curve over simulated time.
 #[derive(Debug, Clone, Default)]
 pub struct Series {
-    /// Plot it belongs to: "energy", "residual", "step", "contacts", "kinetic" or any other word.
+    /// Plot it belongs to: "energy", "residual", "step", "contacts", "solver", "kinetic" or any other word.
     pub group: String,
     /// Name in the legend.
     pub name: String,

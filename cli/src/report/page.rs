@@ -102,10 +102,11 @@ fn title(data: &ReportData) -> &str {
 /// Title, status, figures, warnings.
 fn head(data: &ReportData) -> String {
     format!(
-        "<header>\n<p class=\"brand\">selvedge report</p>\n<h1>{}</h1>\n{}{}{}{}{}</header>\n",
+        "<header>\n<p class=\"brand\">selvedge report</p>\n<h1>{}</h1>\n{}{}{}{}{}{}</header>\n",
         escape(title(data)),
         summary::status(&data.summary),
         summary::tiles(&data.summary),
+        tables::defects(&data.summary),
         summary::notes(&data.notes, &data.summary),
         summary::further(&data.summary),
         summary::origin(&data.summary),

@@ -114,6 +114,7 @@ fn title(group: &str, curves: &[&Series]) -> String {
         ("step", _) => "Step size".into(),
         ("contacts", _) => "Contacts".into(),
         ("kinetic", _) => "Kinetic energy".into(),
+        ("solver", _) => "Linear solver".into(),
         ("", [one]) => one.name.clone(),
         (other, _) => {
             let mut c = other.chars();

@@ -55,7 +55,7 @@ pub(super) fn estimates(summary: &Value) -> String {
 type Format = fn(&Value) -> Option<String>;
 
 /// Keys of the summary shown as tiles: key, label, format.
-const TILES: [(&str, &str, Format); 21] = [
+const TILES: [(&str, &str, Format); 22] = [
     ("simulated_s", "simulated", |v| num(v).map(duration)),
     ("wall_s", "wall time", |v| num(v).map(duration)),
     ("cpu_s", "CPU time", |v| num(v).map(duration)),
@@ -72,6 +72,7 @@ const TILES: [(&str, &str, Format); 21] = [
     }),
     ("max_seam_gap_m", "max seam gap", |v| num(v).map(length)),
     ("self_intersections", "self-intersections", whole),
+    ("max_drop_m", "max drop", |v| num(v).map(length)),
     ("max_abs_edge_strain", "max |edge strain|", |v| {
         num(v).map(percent)
     }),
@@ -125,6 +126,7 @@ pub(super) fn further(summary: &Value) -> String {
         "final_state_hash",
         "error_estimate",
         "assembly",
+        "defects",
         "warnings",
     ];
     let Value::Object(map) = summary else {

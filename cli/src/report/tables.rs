@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::data::AssemblyStage;
 use super::leaves::{flatten, num, row, whole};
-use super::text::{bytes, duration, escape, length, percent};
+use super::text::{bytes, duration, escape, length, minus, percent};
 
 /// Rows that the settings show at most.
 const SETTINGS: usize = 2000;
@@ -51,6 +51,33 @@ pub(super) fn settings(settings: &Value) -> String {
     } else {
         format!("<div class=\"columns\">{out}</div>\n")
     }
+}
+
+/// Where the result is not as it should be.
+pub(super) fn defects(summary: &Value) -> String {
+    let list = summary["defects"].as_array();
+    let mut rows = String::new();
+    for d in list.into_iter().flatten().filter(|d| d.is_object()) {
+        let texts = |v: &Value, one: &dyn Fn(&Value) -> Option<String>| {
+            let all = v.as_array().into_iter().flatten().filter_map(one);
+            all.collect::<Vec<_>>().join(", ")
+        };
+        let place = texts(&d["at"], &|x| num(x).map(|x| minus(&format!("{x:.4}"))));
+        let parts = texts(&d["parts"], &|p| p.as_str().map(str::to_owned));
+        let _ = writeln!(
+            rows,
+            "<tr><th>{}</th><td>{}</td><td class=\"n\">{place}</td><td class=\"n\">{}</td></tr>",
+            escape(d["kind"].as_str().unwrap_or("?")),
+            escape(&parts),
+            num(&d["depth_m"]).map_or_else(|| "–".into(), length),
+        );
+    }
+    if rows.is_empty() {
+        return rows;
+    }
+    format!(
+        "<details class=\"card scroll\" open><summary>Defects</summary><table class=\"ledger\"><thead><tr><th>kind</th><th>parts</th><th class=\"n\">at (x, y, z) [m]</th><th class=\"n\">depth</th></tr></thead><tbody>\n{rows}</tbody></table></details>\n"
+    )
 }
 
 /// Seconds of each stage of the solver, as bars.
@@ -224,6 +251,28 @@ mod tests {
         );
     }
 
+    /// Defects are listed with their place; a garment's drop is a figure.
+    #[test]
+    fn defects_are_listed() {
+        let s = json!({
+            "max_drop_m": 0.012,
+            "defects": [
+                { "kind": "penetration", "at": [0.1, -0.25, 1.0], "parts": ["<front>"], "depth_m": 0.002 },
+                { "kind": "self-intersection", "at": [0.0, 0.5, 0.0], "parts": ["a", "b"], "depth_m": null },
+                7,
+            ],
+        });
+        let table = defects(&s);
+        assert!(
+            table.contains("&lt;front&gt;") && table.contains("a, b"),
+            "{table}"
+        );
+        assert!(table.contains("0.1000, −0.2500, 1.0000"), "{table}");
+        assert!(table.contains("2 mm"), "{table}");
+        assert_eq!(table.matches("<tr><th>").count(), 3, "{table}");
+        assert!(tiles(&s).contains("max drop") && further(&s).is_empty());
+    }
+
     /// Nothing at all is no table, not an error.
     #[test]
     fn absent_parts_are_empty() {
@@ -231,9 +280,9 @@ mod tests {
             Value::Null,
             json!({}),
             json!([]),
-            json!({ "stages": {}, "effects": [] }),
+            json!({ "stages": {}, "effects": [], "defects": [] }),
         ] {
-            assert!(assembly(&[], &v).is_empty());
+            assert!(assembly(&[], &v).is_empty() && defects(&v).is_empty());
             assert!(cost(&v).is_empty() && effects(&v).is_empty() && further(&v).is_empty());
             assert!(settings(&v["settings"]).is_empty());
             assert!(tiles(&v).contains("tiles"));

@@ -1,0 +1,131 @@
+//! The program as a shell sees it: exit status, messages, files.
+#![cfg(unix)]
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+
+const SCENE: &str = r#"
+name = "sheet"
+[simulation]
+duration = 0.05
+[stop]
+early = false
+[[cloth]]
+kind = "sheet"
+size = [0.2, 0.2]
+points = [30, 30]
+fabric = "linen"
+[output]
+frame_rate = 1000
+"#;
+
+/// The program in a folder, after some words of a shell.
+fn shell(folder: &Path, before: &str, arguments: &str) -> Command {
+    let mut command = Command::new("sh");
+    let program = env!("CARGO_BIN_EXE_selvedge");
+    command
+        .current_dir(folder)
+        .args(["-c", &format!("{before} exec {program} {arguments}")]);
+    command
+}
+
+fn output(folder: &Path, before: &str, arguments: &str) -> (Option<i32>, String) {
+    let Output { status, stderr, .. } = shell(folder, before, arguments).output().unwrap();
+    (status.code(), String::from_utf8(stderr).unwrap())
+}
+
+fn folder() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("sheet.toml"), SCENE).unwrap();
+    folder
+}
+
+/// A file size limit ends a run with a message that names the file; results of
+/// an earlier run stay.
+#[test]
+fn file_size_limit() {
+    let folder = folder();
+    let run = |before: &str| output(folder.path(), before, "run sheet.toml -o out");
+    let (code, errors) = run("");
+    assert_eq!(code, Some(0), "{errors}");
+    let out = folder.path().join("out");
+    let earlier = fs::read(out.join("run.mcap")).unwrap();
+    // Blocks of 512 bytes: not even the head, then about half of the recording.
+    for blocks in [0, earlier.len() / 1024] {
+        let (code, errors) = run(&format!("ulimit -f {blocks};"));
+        assert_eq!(code, Some(1), "{blocks}: {errors}");
+        assert!(errors.contains("File too large"), "{errors}");
+        assert!(errors.contains("run.mcap"), "{errors}");
+        assert!(fs::read(out.join("run.mcap")).unwrap() == earlier);
+        assert!(out.join("summary.json").is_file() && out.join("report.html").is_file());
+    }
+}
+
+/// Ctrl-C ends a run after a step with status 130 and the command to go on
+/// with; that finishes it.
+#[test]
+fn control_c() {
+    let folder = folder();
+    let long = "--json run sheet.toml -o out --set simulation.duration=1000";
+    let mut child = shell(folder.path(), "", long)
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    lines.find(|l| l.as_ref().unwrap().contains(r#""event":"progress""#));
+    let kill = format!("kill -INT {}", child.id());
+    assert!(
+        Command::new("sh")
+            .args(["-c", &kill])
+            .status()
+            .unwrap()
+            .success()
+    );
+    let end = lines.map(Result::unwrap).last().unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(130), "{end}");
+    let end: serde_json::Value = serde_json::from_str(&end).unwrap();
+    assert_eq!(end["summary"]["status"], "stopped");
+    assert!(
+        end["resume"].as_str().unwrap().ends_with("--resume"),
+        "{end}"
+    );
+    for file in ["run.mcap.part", "final.obj", "summary.json", "report.html"] {
+        assert!(folder.path().join("out").join(file).is_file(), "{file}");
+    }
+}
+
+/// A result that cannot be put in its place is told before the simulation.
+#[test]
+fn results_in_the_way() {
+    for name in ["final.obj", "summary.json", "report.html", "run.mcap"] {
+        let folder = folder();
+        fs::create_dir_all(folder.path().join("out").join(name)).unwrap();
+        // Would take hours.
+        let endless = "run sheet.toml -o out --set simulation.duration=100000";
+        let (code, errors) = output(folder.path(), "ulimit -t 60;", endless);
+        assert_eq!(code, Some(1), "{name}: {errors}");
+        assert!(errors.contains(name), "{errors}");
+        let files = fs::read_dir(folder.path().join("out")).unwrap();
+        assert_eq!(files.count(), 1, "{name}");
+    }
+}
+
+/// Iterations of the linear solver are not among the contacts.
+#[test]
+fn plots_of_a_run() {
+    let folder = folder();
+    let (code, errors) = output(folder.path(), "", "run sheet.toml -o out");
+    assert_eq!(code, Some(0), "{errors}");
+    let page = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    for title in ["Contacts", "Linear solver"] {
+        let figure = page
+            .split_once(&format!("<figcaption>{title}<"))
+            .and_then(|(_, rest)| rest.split_once("</figure>"))
+            .unwrap()
+            .0;
+        let solver = title == "Linear solver";
+        assert_eq!(figure.contains("linear iterations"), solver, "{title}");
+    }
+}
