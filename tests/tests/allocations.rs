@@ -104,12 +104,7 @@ fn off_allocates_nothing() {
             &[("relaxation.enabled", "true"), ("relaxation.duration", "0")],
             &[],
         ),
-        (
-            "early stop",
-            &[],
-            &[("stop.percentile", "50")],
-            &[("stop.early", "true")],
-        ),
+        ("early stop", &[], &[("stop.percentile", "50")], &[]),
     ];
     for (what, absent, off, on) in effects {
         let (a, b, c) = (cost(absent), cost(off), cost(on));
