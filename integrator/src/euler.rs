@@ -162,12 +162,7 @@ impl BackwardEuler {
         ledger: &mut Ledger,
     ) -> Result<f64, StepError> {
         extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
-        let at = EvalPoint {
-            layout: state.layout,
-            q: &self.q,
-            q_start: &state.q,
-            dt: request.dt,
-        };
+        let at = end_point(state, &self.q, request.dt);
         inertial_impulse(plan, state, &self.v, None, request.dt, &mut self.b);
         self.contacts
             .add_impulse(&mut plan.contacts, &at, true, &mut self.b, ledger)?;
@@ -204,8 +199,8 @@ impl BackwardEuler {
     }
 
     /// Takes the first of the steps 1, ½, ¼, … that reduces the residual, or
-    /// meets the tolerance, and returns its residual; the iterate and its residual are left as they were if none
-    /// does.
+    /// meets the tolerance, and returns its residual; the iterate and its
+    /// residual are left as they were if none does.
     fn line_search(
         &mut self,
         plan: &mut ScenePlan,
@@ -219,12 +214,7 @@ impl BackwardEuler {
         for _ in 0..self.settings.line_search_tries {
             let along = Some((self.dv.as_slice(), factor));
             extrapolate(&state.q, &self.v, along, request.dt, &mut self.q);
-            let at = EvalPoint {
-                layout: state.layout,
-                q: &self.q,
-                q_start: &state.q,
-                dt: request.dt,
-            };
+            let at = end_point(state, &self.q, request.dt);
             inertial_impulse(plan, state, &self.v, along, request.dt, &mut self.b_try);
             self.contacts
                 .add_impulse(&mut plan.contacts, &at, false, &mut self.b_try, ledger)?;
@@ -256,12 +246,7 @@ impl BackwardEuler {
     /// ‖h |F|‖)` with `|F|` the sum of absolute contributions of each point.
     fn round_off(&mut self, plan: &mut ScenePlan, state: &State, request: StepRequest) -> f64 {
         extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
-        let at = EvalPoint {
-            layout: state.layout,
-            q: &self.q,
-            q_start: &state.q,
-            dt: request.dt,
-        };
+        let at = end_point(state, &self.q, request.dt);
         let sum = &mut self.b_try;
         for (i, s) in sum.iter_mut().enumerate() {
             let m = plan.inertia.masses[i / 3];
@@ -320,12 +305,7 @@ impl Integrator for BackwardEuler {
         if let Some(pins) = &plan.pins {
             prescribe(pins, &state.q, time_end, request.dt, &mut self.v);
         }
-        let start = EvalPoint {
-            layout: state.layout,
-            q: &state.q,
-            q_start: &state.q,
-            dt: request.dt,
-        };
+        let start = end_point(state, &state.q, request.dt);
         for term in &mut plan.terms {
             term.batch.begin_step(&start);
         }
@@ -337,12 +317,7 @@ impl Integrator for BackwardEuler {
         let report = loop {
             let report = self.newton(plan, state, request, ledger)?;
             extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
-            let at = EvalPoint {
-                layout: state.layout,
-                q: &self.q,
-                q_start: &state.q,
-                dt: request.dt,
-            };
+            let at = end_point(state, &self.q, request.dt);
             if plan.contacts.iter().all(|c| c.covers(&at)) {
                 break report;
             }
@@ -351,12 +326,7 @@ impl Integrator for BackwardEuler {
             self.contacts.detect(&mut plan.contacts, &start, ledger)?;
         };
 
-        let at = EvalPoint {
-            layout: state.layout,
-            q: &self.q,
-            q_start: &state.q,
-            dt: request.dt,
-        };
+        let at = end_point(state, &self.q, request.dt);
         for term in &mut plan.terms {
             term.batch.commit(&at);
         }
@@ -385,6 +355,16 @@ impl Integrator for BackwardEuler {
 
     fn heap_bytes(&self) -> usize {
         5 * size_of_val(self.q.as_slice()) + self.contacts.response.heap_bytes()
+    }
+}
+
+/// Unknowns `q` at the end of a step that begins at `state`.
+fn end_point<'a>(state: &'a State, q: &'a [f64], dt: f64) -> EvalPoint<'a> {
+    EvalPoint {
+        layout: state.layout,
+        q,
+        q_start: &state.q,
+        dt,
     }
 }
 

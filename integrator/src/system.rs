@@ -8,7 +8,9 @@ pub use reassembled::ReassembledSystem;
 
 use selvedge_collision::ContactResponse;
 use selvedge_energy::{Curvature, EvalPoint};
-use selvedge_linsolve::{BlockFilter, LinsolveError, SolveReport};
+use selvedge_linsolve::{
+    BlockFilter, ExplicitOperator, Filter, LinearSolver, LinsolveError, NoFilter, Real, SolveReport,
+};
 
 use crate::{Ledger, Term};
 
@@ -66,4 +68,23 @@ pub trait NewtonSystem: Send {
 
     /// Heap memory held [bytes].
     fn heap_bytes(&self) -> usize;
+}
+
+/// Solves from zero, with a filter where there is one.
+fn solve_from_zero<T: Real>(
+    solver: &mut dyn LinearSolver<T>,
+    a: &dyn ExplicitOperator<T>,
+    b: &[f64],
+    filter: Option<&BlockFilter>,
+    x: &mut [f64],
+) -> Result<SolveReport, LinsolveError>
+where
+    BlockFilter: Filter<T>,
+    NoFilter: Filter<T>,
+{
+    x.fill(0.0);
+    match filter {
+        Some(filter) => solver.solve(a, b, filter, x),
+        None => solver.solve(a, b, &NoFilter, x),
+    }
 }

@@ -7,7 +7,7 @@ use selvedge_linsolve::{
     SolveReport,
 };
 
-use super::{Evaluation, NewtonSystem};
+use super::{Evaluation, NewtonSystem, solve_from_zero};
 use crate::assemble::Assembler;
 use crate::{AssemblyOptions, Ledger, PlanError, Term};
 
@@ -116,11 +116,7 @@ where
         filter: Option<&BlockFilter>,
         x: &mut [f64],
     ) -> Result<SolveReport, LinsolveError> {
-        x.fill(0.0);
-        match filter {
-            Some(f) => self.solver.solve(&self.matrix, b, f, x),
-            None => self.solver.solve(&self.matrix, b, &NoFilter, x),
-        }
+        solve_from_zero(self.solver.as_mut(), &self.matrix, b, filter, x)
     }
 
     fn heap_bytes(&self) -> usize {
