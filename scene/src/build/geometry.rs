@@ -9,6 +9,7 @@ use selvedge_shell_model::fabric::Fabric;
 use selvedge_shell_model::{ShellMesh, sheet};
 
 use super::rest;
+use super::sewn::{Sewn, held_labels};
 use crate::diagnostic::{Diagnostics, Finding};
 use crate::file::model::{Cloth, ClothShape, Lattice, MeshRest, Reorder};
 use crate::file::obj::{self, Purpose};
@@ -59,34 +60,6 @@ pub struct Part {
     pub hold: Vec<String>,
     /// The garment, for pieces sewn from a pattern.
     pub garment: Option<Sewn>,
-}
-
-/// A garment and where the scene puts it.
-pub struct Sewn {
-    /// Panels, seams and initial places.
-    pub mesh: GarmentMesh,
-    /// Rotation matrix of the placement, by rows.
-    pub rotation: [[f64; 3]; 3],
-    /// Translation of the placement [m].
-    pub center: [f64; 3],
-}
-
-impl Sewn {
-    /// A point of the pattern in the scene.
-    pub fn place(&self, p: [f64; 3]) -> [f64; 3] {
-        let (r, c) = (&self.rotation, &self.center);
-        std::array::from_fn(|i| c[i] + (0..3).map(|j| r[i][j] * p[j]).sum::<f64>())
-    }
-
-    /// A point of the scene in the pattern.
-    pub fn place_back(&self, p: [f64; 3]) -> [f64; 3] {
-        self.turn_back(std::array::from_fn(|i| p[i] - self.center[i]))
-    }
-
-    /// A direction of the scene in the pattern.
-    pub fn turn_back(&self, d: [f64; 3]) -> [f64; 3] {
-        std::array::from_fn(|i| (0..3).map(|j| self.rotation[j][i] * d[j]).sum())
-    }
 }
 
 /// Arrays under construction, in the scene's order.
@@ -252,34 +225,6 @@ fn add_cloth(
         hold,
         garment,
     });
-}
-
-/// How far a garment may reach above its waist without shoulders to hang
-/// from [m].
-const ABOVE_WAIST: f64 = 0.1;
-
-/// Labels that are held, `auto` replaced by what it stands for.
-fn held_labels(mesh: &GarmentMesh, asked: &[String]) -> Vec<String> {
-    let height = |p: &u32| mesh.points_initial[*p as usize][1];
-    let top = mesh.points_initial.iter().map(|p| p[1]);
-    let top = top.fold(f64::NEG_INFINITY, f64::max);
-    let hangs = |label: &str| {
-        mesh.labels.get(label).is_some_and(|points| {
-            let waist = points.iter().map(height).fold(f64::NEG_INFINITY, f64::max);
-            label == "strapless_top" || top - waist < ABOVE_WAIST
-        })
-    };
-    let auto = ["strapless_top", "lower_interface"];
-    let mut held = Vec::new();
-    for label in asked {
-        match label.as_str() {
-            "auto" => held.extend(auto.iter().filter(|l| hangs(l)).map(ToString::to_string)),
-            _ => held.push(label.clone()),
-        }
-    }
-    held.sort();
-    held.dedup();
-    held
 }
 
 /// Index of a fabric among those in use, with the scene's damping applied.

@@ -3,10 +3,11 @@
 mod anchor;
 mod bodies;
 mod effects;
-pub(crate) mod geometry;
+mod geometry;
 mod holds;
 mod placement;
 mod rest;
+mod sewn;
 mod system;
 mod trims;
 
@@ -32,8 +33,9 @@ use crate::file::model::{self, Cloth, FrictionModel, ResidualNormKind, Switch};
 use crate::file::{Parsed, SceneFile};
 
 pub use bodies::BuiltBody;
-pub use geometry::{Geometry, Part, Sewn};
+pub use geometry::{Geometry, Part};
 pub use holds::BuiltAttachment;
+pub use sewn::Sewn;
 pub use system::broad_phase;
 pub use trims::Trims;
 

@@ -2,8 +2,9 @@
 
 use selvedge_garment::pattern::{self, examine_on_body};
 
+use super::Sewn;
 use super::bodies::BuiltBody;
-use super::geometry::{Geometry, Part, Sewn};
+use super::geometry::{Geometry, Part};
 use crate::diagnostic::{Diagnostics, Finding};
 use crate::file::Parsed;
 use crate::file::model::BodyShape;
