@@ -41,7 +41,8 @@ pub(crate) enum Assembled {
 /// Sews every garment of the scene.
 ///
 /// 1. *wrap*: geometry alone closes the seams around the body.
-/// 2. *close seams*: soft fabric, no gravity, no contact of cloth with cloth.
+/// 2. *close seams*: soft fabric, no gravity, contact of cloth with cloth
+///    unless something still crosses.
 /// 3. *untangle*: contact of cloth with cloth, still no gravity, until the
 ///    fabric has its full stiffness.
 ///
