@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
-use selvedge_collision::{Body, Untangle};
+use selvedge_collision::Untangle;
 use selvedge_garment::assemble::{AssembleSettings, preassemble, untangle};
 use selvedge_garment::place::BodyField;
 use selvedge_integrator::{
@@ -121,22 +121,9 @@ type Work<'a> = dyn Fn(&Sewn, BodyField<'_>, &AssembleSettings, &mut Vec<[f64; 3
 /// Applies `work` to the points of every garment, in the frame of its pattern.
 fn on_garments(built: &BuiltScene, state: &mut State, clearance: f64, work: &Work<'_>) {
     let g = &built.geometry;
-    let nearest = |p: [f64; 3]| {
-        let mut best = (f64::MAX, [0.0, 1.0, 0.0]);
-        for b in &built.bodies {
-            let s = b.body.sample(p, 0.0);
-            if s.distance < best.0 {
-                best = (s.distance, s.normal);
-            }
-        }
-        best
-    };
     for (part, cloth) in g.parts.iter().zip(&built.scene().cloth) {
         let Some(sewn) = &part.garment else { continue };
-        let field = |p: [f64; 3]| {
-            let (distance, n) = nearest(sewn.place(p));
-            (distance, sewn.turn_back(n))
-        };
+        let field = sewn.field(&built.bodies);
         let asked = &built.scene().assemble;
         let settings = AssembleSettings {
             clearance,

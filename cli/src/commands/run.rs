@@ -31,12 +31,7 @@ pub fn run(args: &RunArgs, json: bool) -> Result<ExitCode, Failure> {
 /// `selvedge drape`: makes a scene for the pattern and runs it.
 pub fn drape(args: &DrapeArgs, json: bool) -> Result<ExitCode, Failure> {
     let text = drape_scene(args)?;
-    let name = args
-        .pattern
-        .file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned();
+    let name = garment_name(args);
     let file = format!("{name}.toml");
     let parsed = file::parse(&text, Path::new(&file), &args.set)
         .map_err(|findings| by_option(&findings, &file))?;
@@ -44,6 +39,12 @@ pub fn drape(args: &DrapeArgs, json: bool) -> Result<ExitCode, Failure> {
         Failure::Input(findings) => Failure::Input(by_option(&findings, &file)),
         other => other,
     })
+}
+
+/// Name of the scene that `drape` runs: that of the pattern's file.
+fn garment_name(args: &DrapeArgs) -> String {
+    let stem = args.pattern.file_stem().unwrap_or_default();
+    stem.to_string_lossy().into_owned()
 }
 
 /// Findings about the scene that `drape` made, which the user never sees, put
@@ -80,12 +81,7 @@ fn drape_scene(args: &DrapeArgs) -> Result<String, Failure> {
         std::path::absolute(path).map_err(|e| Failure::Usage(format!("`{}`: {e}", path.display())))
     };
     let quoted = |path: PathBuf| toml_string(&path.display().to_string());
-    let name = args
-        .pattern
-        .file_stem()
-        .unwrap_or_default()
-        .to_string_lossy()
-        .into_owned();
+    let name = garment_name(args);
     let mut text = format!(
         "name = {}\n\n[simulation]\nduration = {}\n\n[mesh]\nedge_length = {}\n\n",
         toml_string(&name),

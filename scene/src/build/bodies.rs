@@ -26,6 +26,19 @@ pub struct BuiltBody {
     pub moves: bool,
 }
 
+/// Surface of the body that is nearest at its start: distance [m] and its
+/// gradient.
+pub(super) fn nearest_surface(bodies: &[BuiltBody], p: [f64; 3]) -> (f64, [f64; 3]) {
+    let mut best = (f64::MAX, [0.0, 1.0, 0.0]);
+    for b in bodies {
+        let s = b.body.sample(p, 0.0);
+        if s.distance < best.0 {
+            best = (s.distance, s.normal);
+        }
+    }
+    best
+}
+
 /// Builds every obstacle. `around` is the cloth's bounding box, which cuts
 /// half-spaces for display.
 ///

@@ -3,7 +3,7 @@
 use selvedge_garment::pattern::{self, examine_on_body};
 
 use super::Sewn;
-use super::bodies::BuiltBody;
+use super::bodies::{BuiltBody, nearest_surface};
 use super::geometry::{Geometry, Part};
 use crate::diagnostic::{Diagnostics, Finding};
 use crate::file::Parsed;
@@ -36,27 +36,8 @@ pub(super) fn examine(parsed: &Parsed, geometry: &Geometry, bodies: &[BuiltBody]
     out
 }
 
-/// Nearest surface: distance [m] and its gradient.
-fn field(bodies: &[BuiltBody], p: [f64; 3]) -> (f64, [f64; 3]) {
-    let mut best = (f64::MAX, [0.0, 1.0, 0.0]);
-    for b in bodies {
-        let s = b.body.sample(p, 0.0);
-        if s.distance < best.0 {
-            best = (s.distance, s.normal);
-        }
-    }
-    best
-}
-
 fn panels(parsed: &Parsed, i: usize, sewn: &Sewn, bodies: &[BuiltBody], out: &mut Diagnostics) {
-    let (r, c) = (&sewn.rotation, &sewn.center);
-    let placed = |p: [f64; 3]| {
-        let world: [f64; 3] =
-            std::array::from_fn(|i| c[i] + (0..3).map(|j| r[i][j] * p[j]).sum::<f64>());
-        let (distance, n) = field(bodies, world);
-        let back = std::array::from_fn(|i| (0..3).map(|j| r[j][i] * n[j]).sum());
-        (distance, back)
-    };
+    let placed = sewn.field(bodies);
     // The finding says what; how much decides its weight.
     let path = format!("cloth.{i}.file");
     for f in examine_on_body(&sewn.mesh.pattern, &placed) {
@@ -158,7 +139,7 @@ fn inside(
 ) {
     let (mut count, mut deepest) = (0, (0.0, [0.0; 3]));
     for &p in points {
-        let (distance, _) = field(bodies, p);
+        let (distance, _) = nearest_surface(bodies, p);
         count += usize::from(distance < 0.0);
         if distance < deepest.0 {
             deepest = (distance, p);

@@ -2,6 +2,8 @@
 
 use selvedge_garment::GarmentMesh;
 
+use super::bodies::{BuiltBody, nearest_surface};
+
 /// A garment and where the scene puts it.
 pub struct Sewn {
     /// Panels, seams and initial places.
@@ -27,6 +29,18 @@ impl Sewn {
     /// A direction of the scene in the pattern.
     pub fn turn_back(&self, d: [f64; 3]) -> [f64; 3] {
         std::array::from_fn(|i| (0..3).map(|j| self.rotation[j][i] * d[j]).sum())
+    }
+
+    /// Distance [m] and direction away of the nearest body at its start, for
+    /// places of the pattern.
+    pub fn field<'a>(
+        &'a self,
+        bodies: &'a [BuiltBody],
+    ) -> impl Fn([f64; 3]) -> (f64, [f64; 3]) + 'a {
+        move |p| {
+            let (distance, normal) = nearest_surface(bodies, self.place(p));
+            (distance, self.turn_back(normal))
+        }
     }
 }
 

@@ -204,11 +204,8 @@ impl BodyContact {
 
     /// Coefficients of the bodies with cloth of one coefficient.
     fn pair(&mut self, of_cloth: f64) {
-        let pair = |b: &Arc<dyn Body>| match b.friction() {
-            Some(of_body) => pair_friction(of_body, of_cloth),
-            None => of_cloth,
-        };
-        self.body_coefficients = self.bodies.iter().map(pair).collect();
+        let bodies = self.bodies.iter();
+        self.body_coefficients = bodies.map(|b| coefficient(&**b, of_cloth)).collect();
     }
 
     /// Says which bodies never move. Distances to them are remembered, so that
@@ -279,6 +276,14 @@ impl BodyContact {
             body,
             point: c.point,
         }
+    }
+}
+
+/// Coefficient of a body with cloth \[1\].
+fn coefficient(body: &dyn Body, of_cloth: f64) -> f64 {
+    match body.friction() {
+        Some(of_body) => pair_friction(of_body, of_cloth),
+        None => of_cloth,
     }
 }
 

@@ -3,12 +3,10 @@ use std::ops::Range;
 
 use selvedge_energy::EvalPoint;
 
-use super::BodyContact;
+use super::{BodyContact, coefficient};
 use crate::friction::{AnchorState, anchor_damping};
 use crate::vec3::{Vec3, add, add_outer, axpy, norm, point, scale, sub, tangential, unit};
-use crate::{
-    ContactResponse, Friction, FrictionAnchored, FrictionLagged, SurfaceSample, pair_friction,
-};
+use crate::{ContactResponse, Friction, FrictionAnchored, FrictionLagged, SurfaceSample};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Candidate {
@@ -103,10 +101,7 @@ impl Pass<'_> {
     fn coefficient(&self, c: Candidate) -> f64 {
         match self.source.coefficients.get(c.point as usize) {
             None => self.source.body_coefficients[c.body as usize],
-            Some(&of_cloth) => match self.source.bodies[c.body as usize].friction() {
-                Some(of_body) => pair_friction(of_body, of_cloth),
-                None => of_cloth,
-            },
+            Some(&of_cloth) => coefficient(&*self.source.bodies[c.body as usize], of_cloth),
         }
     }
 
