@@ -91,6 +91,9 @@ pub struct RunArgs {
     /// Go on from the last checkpoint in the folder.
     #[arg(long)]
     pub resume: bool,
+    /// How wrong the result may be, or how wrong it is.
+    #[command(flatten)]
+    pub accuracy: AccuracyArgs,
 }
 
 /// A pattern to drape.
@@ -124,6 +127,45 @@ pub struct DrapeArgs {
     /// Go on from the last checkpoint in the folder.
     #[arg(long)]
     pub resume: bool,
+    /// How wrong the result may be, or how wrong it is.
+    #[command(flatten)]
+    pub accuracy: AccuracyArgs,
+}
+
+/// How wrong the result may be, or how wrong it is.
+#[derive(Clone, Debug, Args)]
+pub struct AccuracyArgs {
+    /// Tell how wrong the result is, from a few cheaper runs of the scene.
+    #[arg(long)]
+    pub estimate_error: bool,
+    /// Choose mesh, steps and tolerances so that the points are within this
+    /// distance in the mean, for example `2mm`; a number alone is in metres.
+    #[arg(long, value_name = "LENGTH", value_parser = length, conflicts_with = "resume")]
+    pub target_error: Option<f64>,
+    /// Points of the finest mesh that --target-error may choose.
+    #[arg(long, default_value_t = 200_000, requires = "target_error")]
+    pub max_points: usize,
+}
+
+/// A length with its unit [m].
+fn length(text: &str) -> Result<f64, String> {
+    const UNITS: [(&str, f64); 4] = [("um", 1e-6), ("mm", 1e-3), ("cm", 1e-2), ("m", 1.0)];
+    let text = text.trim();
+    let unit = UNITS.iter().find(|(unit, _)| text.ends_with(unit));
+    let (number, factor) = match unit {
+        Some((unit, factor)) => (&text[..text.len() - unit.len()], *factor),
+        None => (text, 1.0),
+    };
+    let value: f64 = number
+        .trim()
+        .parse()
+        .map_err(|_| "not a length: write a number with um, mm, cm or m, as in 2mm".to_owned())?;
+    let value = value * factor;
+    if (1e-6..=1.0).contains(&value) {
+        Ok(value)
+    } else {
+        Err("it has to be between 1um and 1m".to_owned())
+    }
 }
 
 /// What to do with the fabric library.

@@ -15,4 +15,4 @@ mod process;
 mod result;
 pub mod summary;
 
-pub use result::{check_results, write_whole};
+pub use result::{check_results, write_summary, write_whole};

@@ -240,6 +240,7 @@ pub(crate) fn summary(i: Inputs<'_>) -> Summary {
         kinetic_energy_j: state.kinetic_energy(&i.simulation.plan().inertia.masses),
         residual: i.last.residual,
         error_estimate: None,
+        error: None,
         stages: i
             .simulation
             .ledger()
@@ -290,6 +291,14 @@ pub(crate) fn write(
         panel_names: &g.panel_names,
     };
     write_obj(&directory.join(OBJ), &surface)?;
+    write_summary(directory, summary)
+}
+
+/// Writes `summary.json` into a folder.
+///
+/// # Errors
+/// [`RunError::Write`] with the file's path.
+pub fn write_summary(directory: &Path, summary: &Summary) -> Result<(), RunError> {
     let text = serde_json::to_string_pretty(summary).unwrap_or_default() + "\n";
     write_whole(&directory.join(SUMMARY), text.as_bytes())
 }

@@ -79,8 +79,12 @@ pub struct Summary {
     pub kinetic_energy_j: f64,
     /// Newton residual of the last step, in the units of the chosen norm.
     pub residual: f64,
-    /// Estimated error [m]; `null` unless it was asked for.
+    /// Estimated mean distance of the points to where they would be without
+    /// any error of the numerics [m]; `null` unless it was asked for.
     pub error_estimate: Option<f64>,
+    /// What the estimate is made of.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub error: Option<ErrorReport>,
     /// Wall time by stage [s].
     pub stages: BTreeMap<String, f64>,
     /// Stages that a garment went through before the drape.
@@ -123,6 +127,50 @@ pub struct Defect {
     pub parts: Vec<String>,
     /// Depth of a penetration [m].
     pub depth_m: Option<f64>,
+}
+
+/// What an error estimate is made of.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ErrorReport {
+    /// Of the mesh.
+    pub space: ErrorPart,
+    /// Of the time steps.
+    pub time: ErrorPart,
+    /// Of Newton's and the linear solver's tolerances.
+    pub algebraic: ErrorPart,
+    /// User time of the runs made for the estimate alone [s].
+    pub cpu_s: f64,
+    /// The error that was asked for [m].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub target_m: Option<f64>,
+    /// Settings chosen to meet it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub decisions: Vec<Decision>,
+}
+
+/// One part of an error estimate.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ErrorPart {
+    /// The part of the estimate [m]; `null` where it cannot be known.
+    pub error_m: Option<f64>,
+    /// Mean, 95th percentile and largest distance between the two runs that
+    /// it was read off [m].
+    pub distance_m: Option<[f64; 3]>,
+    /// Order of convergence used.
+    pub order: Option<f64>,
+    /// How it came about, in a sentence.
+    pub how: String,
+}
+
+/// A setting that was chosen.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Decision {
+    /// Key of the scene file.
+    pub setting: String,
+    /// The value.
+    pub value: f64,
+    /// Why.
+    pub why: String,
 }
 
 /// One stage of a garment's assembly.

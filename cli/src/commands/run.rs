@@ -1,6 +1,9 @@
+mod accuracy;
+
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use selvedge_estimate::Target;
 use selvedge_record::{RecordError, Recording};
 use selvedge_scene::build::BuiltScene;
 use selvedge_scene::diagnostic::Diagnostics;
@@ -10,7 +13,7 @@ use selvedge_scene::summary::Status;
 use selvedge_scene::{check_results, write_whole};
 
 use crate::Failure;
-use crate::args::{DrapeArgs, RunArgs};
+use crate::args::{AccuracyArgs, DrapeArgs, RunArgs};
 use crate::failure::print_findings;
 use crate::output::say;
 use crate::progress::Reporter;
@@ -25,7 +28,14 @@ const STOPPED: u8 = 130;
 pub fn run(args: &RunArgs, json: bool) -> Result<ExitCode, Failure> {
     let parsed = file::read(&args.scene.scene, &args.scene.set)?;
     let text = std::fs::read_to_string(&args.scene.scene).unwrap_or_default();
-    simulate(parsed, text, args.output.clone(), args.resume, json)
+    simulate(
+        parsed,
+        text,
+        args.output.clone(),
+        args.resume,
+        &args.accuracy,
+        json,
+    )
 }
 
 /// `selvedge drape`: makes a scene for the pattern and runs it.
@@ -35,7 +45,15 @@ pub fn drape(args: &DrapeArgs, json: bool) -> Result<ExitCode, Failure> {
     let file = format!("{name}.toml");
     let parsed = file::parse(&text, Path::new(&file), &args.set)
         .map_err(|findings| by_option(&findings, &file))?;
-    simulate(parsed, text, args.output.clone(), args.resume, json).map_err(|e| match e {
+    simulate(
+        parsed,
+        text,
+        args.output.clone(),
+        args.resume,
+        &args.accuracy,
+        json,
+    )
+    .map_err(|e| match e {
         Failure::Input(findings) => Failure::Input(by_option(&findings, &file)),
         other => other,
     })
@@ -137,6 +155,7 @@ fn simulate(
     scene_text: String,
     output: Option<PathBuf>,
     resume: bool,
+    accuracy: &AccuracyArgs,
     json: bool,
 ) -> Result<ExitCode, Failure> {
     let directory = output.unwrap_or_else(|| parsed.scene.output.directory.clone());
@@ -150,6 +169,13 @@ fn simulate(
         return Err(Failure::Usage(
             "--resume needs the recording, and `output.recording` is false".to_owned(),
         ));
+    }
+    if let Some(error) = accuracy.target_error {
+        let target = Target {
+            error,
+            max_points: accuracy.max_points,
+        };
+        return accuracy::within(&parsed, &scene_text, &directory, target, json);
     }
     let built = BuiltScene::new(parsed)?;
     if !built.warnings.is_empty() && !json {
@@ -179,13 +205,34 @@ fn simulate(
         options.resume = false;
         result = driver::run(&built, &options, &mut reporter, &interrupt);
     }
+    let mut result = match result {
+        Ok(result) => result,
+        Err(e) => {
+            reporter.finish();
+            return Err(e.into());
+        }
+    };
+    if accuracy.estimate_error {
+        accuracy::estimate(&built, &mut result, &options, &mut reporter, &interrupt)?;
+    }
     reporter.finish();
-    let result = result?;
+    finish(&built, &result, &directory, &options.scene_text, json)
+}
+
+/// Writes the report of a run, tells how it ended, and says so by the exit
+/// status.
+fn finish(
+    built: &BuiltScene,
+    result: &RunResult,
+    directory: &Path,
+    scene_text: &str,
+    json: bool,
+) -> Result<ExitCode, Failure> {
     if built.scene().output.report {
-        let data = report_data::of_run(&built, &result, &options.scene_text);
+        let data = report_data::of_run(built, result, scene_text);
         write_whole(&directory.join(REPORT), report::render(&data).as_bytes())?;
     }
-    tell(&built, &result, &directory, json)?;
+    tell(built, result, directory, json)?;
     Ok(match result.summary.status {
         Status::Failed => ExitCode::from(1),
         Status::Stopped => ExitCode::from(STOPPED),
@@ -240,6 +287,11 @@ fn tell(
         1e3 * s.max_penetration_m,
         s.self_intersections
     )?;
+    if let Some(error) = &s.error {
+        for line in accuracy::lines(s.error_estimate, error) {
+            say!("  {line}")?;
+        }
+    }
     say!("  results in {}", directory.display())?;
     if let Some(again) = again {
         say!("  to go on: {again}")?;

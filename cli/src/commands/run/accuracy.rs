@@ -1,0 +1,163 @@
+//! `--estimate-error` and `--target-error`.
+
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::atomic::AtomicBool;
+
+use selvedge_estimate::{EstimateError, Session, Target, drape_within, total};
+use selvedge_scene::build::BuiltScene;
+use selvedge_scene::driver::{RunOptions, RunResult};
+use selvedge_scene::file::Parsed;
+use selvedge_scene::summary::{ErrorPart, ErrorReport};
+use selvedge_scene::{check_results, write_summary};
+
+use super::{REPORT, STOPPED, finish};
+use crate::Failure;
+use crate::output::complain;
+use crate::progress::Reporter;
+use crate::signals;
+
+impl From<EstimateError> for Failure {
+    fn from(error: EstimateError) -> Self {
+        match error {
+            EstimateError::Run { source, .. } => source.into(),
+            other => Self::Other(other.to_string()),
+        }
+    }
+}
+
+/// Estimates the error of a finished run and adds it to its summary. A run
+/// whose estimate was interrupted keeps its result, without an estimate.
+pub(super) fn estimate(
+    built: &BuiltScene,
+    result: &mut RunResult,
+    options: &RunOptions,
+    reporter: &mut Reporter,
+    interrupt: &AtomicBool,
+) -> Result<(), Failure> {
+    let mut session = Session {
+        parsed: &built.parsed,
+        scene_text: &options.scene_text,
+        version: &options.version,
+        directory: options.directory.clone(),
+        progress: reporter,
+        interrupt,
+        cpu_s: 0.0,
+    };
+    match selvedge_estimate::estimate(&mut session, built, result) {
+        Ok(report) => {
+            result.summary.error_estimate = total([&report.space, &report.time, &report.algebraic]);
+            result.summary.error = Some(report);
+            Ok(write_summary(&options.directory, &result.summary)?)
+        }
+        Err(e @ EstimateError::Interrupted { .. }) => {
+            complain(format_args!("{e}: the result has no error estimate"));
+            Ok(())
+        }
+        Err(e) => Err(e.into()),
+    }
+}
+
+/// Runs a scene with settings chosen for a wanted error.
+pub(super) fn within(
+    parsed: &Parsed,
+    scene_text: &str,
+    directory: &Path,
+    target: Target,
+    json: bool,
+) -> Result<ExitCode, Failure> {
+    let scene = parsed.scene.clone();
+    let mut names = vec!["final.obj", "summary.json"];
+    names.extend(scene.output.recording.then_some("run.mcap"));
+    names.extend(scene.output.report.then_some(REPORT));
+    check_results(directory, &names)?;
+    let interrupt = signals::interrupt();
+    let mut reporter = Reporter::new(json);
+    let mut session = Session {
+        parsed,
+        scene_text,
+        version: env!("CARGO_PKG_VERSION"),
+        directory: directory.to_owned(),
+        progress: &mut reporter,
+        interrupt: &interrupt,
+        cpu_s: 0.0,
+    };
+    let found = drape_within(&mut session, &scene, target);
+    let found = match found {
+        Ok(found) => {
+            let from = session.folder(&found.name);
+            reporter.finish();
+            (found, from)
+        }
+        Err(EstimateError::Interrupted { name }) => {
+            reporter.finish();
+            complain(format_args!(
+                "interrupted while running `{name}`; the runs made so far are in `{}`",
+                directory.join("estimate").display()
+            ));
+            return Ok(ExitCode::from(STOPPED));
+        }
+        Err(e) => {
+            reporter.finish();
+            return Err(e.into());
+        }
+    };
+    let (mut within, from) = found;
+    let result = &mut within.run.result;
+    for name in ["run.mcap", "final.obj"] {
+        let (source, target) = (from.join(name), directory.join(name));
+        if source.exists() {
+            std::fs::rename(&source, &target).map_err(|error| EstimateError::Move {
+                from: source,
+                to: target,
+                source: error,
+            })?;
+        }
+    }
+    let report = &within.report;
+    result.recording = result.recording.take().map(|_| directory.join("run.mcap"));
+    result.summary.error_estimate = total([&report.space, &report.time, &report.algebraic]);
+    result.summary.error = Some(within.report);
+    write_summary(directory, &result.summary)?;
+    // The same summary would otherwise stand in two places.
+    let _ = std::fs::remove_dir_all(&from);
+    finish(&within.run.built, result, directory, scene_text, json)
+}
+
+/// The estimate in words.
+pub(super) fn lines(total: Option<f64>, report: &ErrorReport) -> Vec<String> {
+    let part = |p: &ErrorPart| p.error_m.map_or("not known".to_owned(), millimetres);
+    let mut lines = vec![format!(
+        "error {}: mesh {}, steps {}, tolerances {} ({:.1} s of processor time for the estimate)",
+        total.map_or("not known".to_owned(), millimetres),
+        part(&report.space),
+        part(&report.time),
+        part(&report.algebraic),
+        report.cpu_s
+    )];
+    for (what, part) in [
+        ("mesh", &report.space),
+        ("steps", &report.time),
+        ("tolerances", &report.algebraic),
+    ] {
+        if part.error_m.is_none() {
+            lines.push(format!("  {what}: {}", part.how));
+        }
+    }
+    for d in &report.decisions {
+        lines.push(format!("  {} = {}: {}", d.setting, d.value, d.why));
+    }
+    if let Some(target) = report.target_m {
+        let met = total.is_some_and(|t| t <= target);
+        lines.push(format!(
+            "  {} the {} asked for",
+            if met { "within" } else { "NOT within" },
+            millimetres(target)
+        ));
+    }
+    lines
+}
+
+fn millimetres(metres: f64) -> String {
+    format!("{:.3} mm", 1e3 * metres)
+}

@@ -1,0 +1,288 @@
+//! Settings that meet a wanted error.
+
+use selvedge_scene::file::SceneFile;
+use selvedge_scene::summary::{Decision, ErrorPart, ErrorReport};
+
+use crate::companion::{Companion, Session, coarser, scaled_step, scaled_tolerance};
+use crate::estimator::{attempt, unknown};
+use crate::parts::{algebraic_part, space_part, time_part, total};
+use crate::{Distance, EstimateError, MaterialMap};
+
+/// Shares of the wanted error: the mesh is what costs most.
+const SPACE: f64 = 0.6;
+const TIME: f64 = 0.2;
+const ALGEBRAIC: f64 = 0.2;
+
+/// Edge length of the first mesh, in edges of the scene's own.
+const START: f64 = 4.0;
+/// Largest step tried, in steps of the scene's own, and halvings of it.
+const LONGEST_STEP: f64 = 4.0;
+const HALVINGS: usize = 5;
+/// Loosest tolerance tried, in tolerances of the scene's own, and how often it
+/// is divided by ten.
+const LOOSEST: f64 = 10.0;
+const TENTHS: usize = 4;
+
+/// What is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Target {
+    /// Mean error of the points' positions [m].
+    pub error: f64,
+    /// Points of the finest mesh that is tried.
+    pub max_points: usize,
+}
+
+/// A scene run with settings chosen for a wanted error.
+pub struct Within {
+    /// The last run, on the finest mesh.
+    pub run: Companion,
+    /// Name of its folder, see [`Session::folder`].
+    pub name: String,
+    /// Its error, and what was chosen why.
+    pub report: ErrorReport,
+    /// Whether the estimate is within the target.
+    pub met: bool,
+}
+
+/// Chooses step, tolerance and mesh for a wanted error and runs the scene with
+/// them.
+///
+/// A fifth of the target goes to the time step, a fifth to the tolerances, the
+/// rest to the mesh. On a mesh four times as coarse as the scene's the step is
+/// halved, then the tolerances are divided by ten, until what that changes is
+/// within their share; the mesh is then refined twofold until what is missing
+/// by Richardson's extrapolation, over at least three meshes, is within its
+/// own. Every mesh is run in full, so that the last one is the result.
+///
+/// # Errors
+/// As [`Session::run`] for the runs that nothing can do without. A target out
+/// of reach is no error: the finest run that is allowed comes back with
+/// `met = false`.
+pub fn drape_within(
+    session: &mut Session<'_>,
+    scene: &SceneFile,
+    target: Target,
+) -> Result<Within, EstimateError> {
+    let before = session.cpu_s;
+    let mut decisions = Vec::new();
+    let refinable = coarser(scene, START).is_ok();
+    let (mut now, mut length) = first_mesh(session, scene)?;
+    let mesh = if refinable {
+        "on the coarsest mesh"
+    } else {
+        "on the mesh of the file"
+    };
+    let time = choose_step(session, &mut now, target, mesh, &mut decisions)?;
+    let algebraic = choose_tolerance(session, &mut now, target, mesh, &mut decisions)?;
+
+    let mut name = level_name(length);
+    let mut run = session.run(&name, now.built.scene().clone(), true)?;
+    let mut space = match coarser(scene, 1.0) {
+        Ok(_) => unknown("one mesh alone tells nothing"),
+        Err(why) => unknown(&why),
+    };
+    let mut far: Option<Distance> = None;
+    let mut why = String::new();
+    while refinable {
+        let enough = space.error_m.is_some_and(|e| e <= SPACE * target.error);
+        if enough && far.is_some() {
+            why = format!(
+                "the mesh is off by {} mm, its share is {} mm",
+                mm(space.error_m),
+                mm(Some(SPACE * target.error))
+            );
+            break;
+        }
+        // Halving the edges makes four times the points.
+        let points = 4 * run.result.summary.points;
+        if points > target.max_points {
+            why = format!(
+                "half of it would take about {points} points, more than the {} allowed",
+                target.max_points
+            );
+            break;
+        }
+        let next_scene = match coarser(run.built.scene(), 0.5) {
+            Ok(scene) => scene,
+            Err(reason) => {
+                why = reason;
+                break;
+            }
+        };
+        length *= 0.5;
+        let next_name = level_name(length);
+        let next = match attempt(session, &next_name, next_scene, true)? {
+            Ok(next) => next,
+            Err(reason) => {
+                why = format!("half of it could not be run: {reason}");
+                break;
+            }
+        };
+        let near = MaterialMap::new(next.surface())?.distance(&run.surface());
+        space = space_part(near, far);
+        far = Some(near);
+        (run, name) = (next, next_name);
+    }
+    if refinable {
+        decisions.push(Decision {
+            setting: "mesh.edge_length".to_owned(),
+            value: edge_length(run.built.scene()),
+            why,
+        });
+    }
+    let estimate = total([&space, &time, &algebraic]);
+    let own = run.result.summary.cpu_s;
+    Ok(Within {
+        met: estimate.is_some_and(|e| e <= target.error),
+        report: ErrorReport {
+            space,
+            time,
+            algebraic,
+            cpu_s: session.cpu_s - before - own,
+            target_m: Some(target.error),
+            decisions,
+        },
+        run,
+        name,
+    })
+}
+
+/// The coarsest mesh that can be run, and its edges in the scene's own.
+fn first_mesh(
+    session: &mut Session<'_>,
+    scene: &SceneFile,
+) -> Result<(Companion, f64), EstimateError> {
+    let mut length = START;
+    while length > 1.0 {
+        if let Ok(coarse) = coarser(scene, length) {
+            let coarse = scaled_step(&coarse, LONGEST_STEP);
+            let coarse = scaled_tolerance(&coarse, LOOSEST);
+            if let Ok(run) = attempt(session, &format!("estimate/first-{length}"), coarse, false)? {
+                return Ok((run, length));
+            }
+        }
+        length *= 0.5;
+    }
+    let own = scaled_tolerance(&scaled_step(scene, LONGEST_STEP), LOOSEST);
+    Ok((session.run("estimate/first-1", own, false)?, 1.0))
+}
+
+fn choose_step(
+    session: &mut Session<'_>,
+    now: &mut Companion,
+    target: Target,
+    mesh: &str,
+    decisions: &mut Vec<Decision>,
+) -> Result<ErrorPart, EstimateError> {
+    let share = TIME * target.error;
+    let mut part = unknown("no step could be compared");
+    let mut why = String::new();
+    for k in 0..=HALVINGS {
+        let half = scaled_step(now.built.scene(), 0.5);
+        let half = match attempt(session, &format!("estimate/step-{k}"), half, false)? {
+            Ok(half) => half,
+            Err(reason) => {
+                why = format!("half of it could not be run: {reason}");
+                break;
+            }
+        };
+        part = time_part(
+            MaterialMap::new(now.surface())?.distance(&half.surface()),
+            mesh,
+        );
+        if part.error_m.is_some_and(|e| e <= share) || k == HALVINGS {
+            break;
+        }
+        *now = half;
+    }
+    if why.is_empty() {
+        why = reason(&part, share, "steps half as long");
+    }
+    decisions.push(Decision {
+        setting: "integrator.max_step".to_owned(),
+        value: now.built.scene().integrator.max_step,
+        why,
+    });
+    Ok(part)
+}
+
+fn choose_tolerance(
+    session: &mut Session<'_>,
+    now: &mut Companion,
+    target: Target,
+    mesh: &str,
+    decisions: &mut Vec<Decision>,
+) -> Result<ErrorPart, EstimateError> {
+    let share = ALGEBRAIC * target.error;
+    let mut part = unknown("no tolerance could be compared");
+    let mut why = String::new();
+    for k in 0..=TENTHS {
+        let tight = scaled_tolerance(now.built.scene(), 0.1);
+        let tight = match attempt(session, &format!("estimate/tolerance-{k}"), tight, false)? {
+            Ok(tight) => tight,
+            Err(reason) => {
+                why = format!("a tenth of it could not be run: {reason}");
+                break;
+            }
+        };
+        part = algebraic_part(
+            MaterialMap::new(now.surface())?.distance(&tight.surface()),
+            mesh,
+        );
+        if part.error_m.is_some_and(|e| e <= share) || k == TENTHS {
+            break;
+        }
+        *now = tight;
+    }
+    if why.is_empty() {
+        why = reason(&part, share, "a tenth of it");
+    }
+    let scene = now.built.scene();
+    for (setting, value) in [
+        (
+            "integrator.newton_tolerance",
+            scene.integrator.newton_tolerance,
+        ),
+        ("solver.tolerance", scene.solver.tolerance),
+    ] {
+        decisions.push(Decision {
+            setting: setting.to_owned(),
+            value,
+            why: why.clone(),
+        });
+    }
+    Ok(part)
+}
+
+fn reason(part: &ErrorPart, share: f64, other: &str) -> String {
+    let distance = part.distance_m.map(|d| d[0]);
+    let within = part.error_m.is_some_and(|e| e <= share);
+    format!(
+        "{other} would move the cloth by {} mm: {} {} mm that {}",
+        mm(distance),
+        if within {
+            "within the"
+        } else {
+            "more than the"
+        },
+        mm(Some(share)),
+        if within {
+            "it may take"
+        } else {
+            "it should take, but nothing smaller is tried"
+        }
+    )
+}
+
+fn edge_length(scene: &SceneFile) -> f64 {
+    let own = scene.cloth.iter().filter_map(|c| c.edge_length());
+    own.reduce(f64::min).unwrap_or(scene.mesh.edge_length)
+}
+
+fn level_name(length: f64) -> String {
+    format!("estimate/mesh-{length}x")
+}
+
+fn mm(metres: Option<f64>) -> String {
+    metres.map_or("?".to_owned(), |m| format!("{:.3}", 1e3 * m))
+}

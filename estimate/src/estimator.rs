@@ -1,0 +1,116 @@
+//! The estimate of one finished run.
+
+use selvedge_scene::build::BuiltScene;
+use selvedge_scene::driver::RunResult;
+use selvedge_scene::file::SceneFile;
+use selvedge_scene::summary::{ErrorPart, ErrorReport, Status};
+
+use crate::companion::{Companion, Session, coarser, scaled_step, scaled_tolerance, surface};
+use crate::parts::{algebraic_part, space_part, time_part};
+use crate::{EstimateError, MaterialMap};
+
+/// Folders of the companions.
+const COARSE: &str = "estimate/mesh-2x";
+const COARSEST: &str = "estimate/mesh-4x";
+const HALF_STEP: &str = "estimate/half-step";
+const TIGHT: &str = "estimate/tight";
+
+/// Estimates the error of a run from up to four companions.
+///
+/// Steps and tolerances are compared on the mesh twice as coarse, or on the
+/// run's own where there is no other. A part that cannot be known is `None`
+/// and says why: a companion that fails costs its part, not the estimate.
+///
+/// # Errors
+/// [`EstimateError::Interrupted`] and what stops all companions alike;
+/// [`EstimateError::Empty`] for a scene without triangles.
+pub fn estimate(
+    session: &mut Session<'_>,
+    built: &BuiltScene,
+    result: &RunResult,
+) -> Result<ErrorReport, EstimateError> {
+    let before = session.cpu_s;
+    let scene = built.scene();
+    if !matches!(result.summary.status, Status::Converged | Status::Finished) {
+        let none = unknown("the run did not come to its end");
+        return Ok(ErrorReport {
+            space: none.clone(),
+            time: none.clone(),
+            algebraic: none,
+            cpu_s: 0.0,
+            target_m: None,
+            decisions: Vec::new(),
+        });
+    }
+    let own = MaterialMap::new(surface(built, result))?;
+    let mut coarse = Err(String::new());
+    let space = match coarser(scene, 2.0) {
+        Err(why) => unknown(&why),
+        Ok(twice) => {
+            coarse = attempt(session, COARSE, twice, false)?;
+            match &coarse {
+                Err(why) => unknown(why),
+                Ok(coarse) => {
+                    let near = own.distance(&coarse.surface());
+                    let far = match coarser(scene, 4.0) {
+                        Err(_) => None,
+                        Ok(four) => match attempt(session, COARSEST, four, false)? {
+                            Err(_) => None,
+                            Ok(c) => {
+                                Some(MaterialMap::new(coarse.surface())?.distance(&c.surface()))
+                            }
+                        },
+                    };
+                    space_part(near, far)
+                }
+            }
+        }
+    };
+    let (base, reference, mesh) = match &coarse {
+        Ok(c) => (
+            c.built.scene(),
+            MaterialMap::new(c.surface())?,
+            "on the mesh twice as coarse",
+        ),
+        Err(_) => (scene, own, "on the same mesh"),
+    };
+    let time = match attempt(session, HALF_STEP, scaled_step(base, 0.5), false)? {
+        Ok(c) => time_part(reference.distance(&c.surface()), mesh),
+        Err(why) => unknown(&why),
+    };
+    let algebraic = match attempt(session, TIGHT, scaled_tolerance(base, 0.1), false)? {
+        Ok(c) => algebraic_part(reference.distance(&c.surface()), mesh),
+        Err(why) => unknown(&why),
+    };
+    Ok(ErrorReport {
+        space,
+        time,
+        algebraic,
+        cpu_s: session.cpu_s - before,
+        target_m: None,
+        decisions: Vec::new(),
+    })
+}
+
+/// Runs a companion; the inner error says why there is none.
+pub(crate) fn attempt(
+    session: &mut Session<'_>,
+    name: &str,
+    scene: SceneFile,
+    record: bool,
+) -> Result<Result<Companion, String>, EstimateError> {
+    match session.run(name, scene, record) {
+        Ok(companion) => Ok(Ok(companion)),
+        Err(e @ EstimateError::Interrupted { .. }) => Err(e),
+        Err(e) => Ok(Err(e.to_string())),
+    }
+}
+
+pub(crate) fn unknown(why: &str) -> ErrorPart {
+    ErrorPart {
+        error_m: None,
+        distance_m: None,
+        order: None,
+        how: format!("not known: {why}"),
+    }
+}

@@ -1,0 +1,113 @@
+//! From distances between runs to errors.
+
+use selvedge_scene::summary::ErrorPart;
+
+use crate::Distance;
+
+/// Lowest and highest order believed of the mesh: below, the meshes are too
+/// coarse to tell; linear triangles have no higher one.
+const ORDERS: (f64, f64) = (1.0, 2.0);
+
+/// Error of the mesh from the distances to meshes twice (`near`) and four
+/// times as coarse (`far`).
+///
+/// ```text
+/// e = near / (2^p − 1),   p = log2(far / near) ∈ [1, 2]
+/// ```
+/// Without `far` the order counts as 1.
+pub fn space_part(near: Distance, far: Option<Distance>) -> ErrorPart {
+    let ratio = far.map(|far| far.mean / near.mean);
+    let seen = ratio.filter(|r| r.is_finite() && *r > 0.0).map(f64::log2);
+    let order = seen.unwrap_or(ORDERS.0).clamp(ORDERS.0, ORDERS.1);
+    let how = match seen {
+        Some(p) if p < ORDERS.0 => format!(
+            "against meshes 2 and 4 times as coarse; the difference falls with the order {p:.2} \
+             only, so that all of it counts"
+        ),
+        Some(p) => {
+            format!(
+                "against meshes 2 and 4 times as coarse; the difference falls with the order {p:.2}"
+            )
+        }
+        None => "against a mesh twice as coarse, as if of first order".to_owned(),
+    };
+    ErrorPart {
+        error_m: Some(near.mean / (order.exp2() - 1.0)),
+        distance_m: Some(near.to_array()),
+        order: Some(order),
+        how,
+    }
+}
+
+/// Error of the time step from the distance to a run with half of it: twice
+/// that, backward Euler being of first order. `mesh` says what both ran on.
+pub fn time_part(halved: Distance, mesh: &str) -> ErrorPart {
+    ErrorPart {
+        error_m: Some(2.0 * halved.mean),
+        distance_m: Some(halved.to_array()),
+        order: Some(1.0),
+        how: format!("against steps half as long, {mesh}"),
+    }
+}
+
+/// Error of the tolerances from the distance to a run with a tenth of them, as
+/// if proportional to them.
+pub fn algebraic_part(tightened: Distance, mesh: &str) -> ErrorPart {
+    ErrorPart {
+        error_m: Some(tightened.mean / 0.9),
+        distance_m: Some(tightened.to_array()),
+        order: None,
+        how: format!("against tolerances ten times tighter, {mesh}"),
+    }
+}
+
+/// Sum of the parts [m]; `None` when one of them is not known.
+pub fn total(parts: [&ErrorPart; 3]) -> Option<f64> {
+    parts.iter().map(|p| p.error_m).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    fn mean(mean: f64) -> Distance {
+        Distance {
+            mean,
+            p95: 2.0 * mean,
+            max: 3.0 * mean,
+        }
+    }
+
+    #[test]
+    fn mesh_error_by_observed_order() {
+        // x_a = x + c a^p: the distances are c a^p (2^p − 1) and 2^p times that.
+        for p in [1.0, 1.5, 2.0f64] {
+            let near = p.exp2() - 1.0;
+            let part = space_part(mean(near), Some(mean(near * p.exp2())));
+            assert_relative_eq!(part.error_m.unwrap(), 1.0, epsilon = 1e-12);
+            assert_relative_eq!(part.order.unwrap(), p, epsilon = 1e-12);
+        }
+        // Faster than the elements can: not believed.
+        assert_relative_eq!(
+            space_part(mean(3.0), Some(mean(300.0))).error_m.unwrap(),
+            1.0
+        );
+        // Not falling, or nothing to compare with: all of it counts.
+        for far in [None, Some(mean(0.1)), Some(mean(0.0))] {
+            assert_relative_eq!(space_part(mean(3.0), far).error_m.unwrap(), 3.0);
+        }
+        // No difference at all is no error.
+        assert_eq!(space_part(mean(0.0), Some(mean(0.0))).error_m, Some(0.0));
+    }
+
+    #[test]
+    fn parts_add_up() {
+        let space = space_part(mean(1.0), None);
+        let time = time_part(mean(1.0), "there");
+        let mut algebraic = algebraic_part(mean(0.9), "there");
+        assert_relative_eq!(total([&space, &time, &algebraic]).unwrap(), 4.0);
+        algebraic.error_m = None;
+        assert_eq!(total([&space, &time, &algebraic]), None);
+    }
+}
