@@ -66,7 +66,7 @@ pub fn drape_within(
     let before = session.cpu_s;
     let mut decisions = Vec::new();
     let refinable = coarser(scene, START).is_ok();
-    let (mut now, mut length) = first_mesh(session, scene)?;
+    let (mut now, length) = first_mesh(session, scene)?;
     let mesh = if refinable {
         "on the coarsest mesh"
     } else {
@@ -75,61 +75,18 @@ pub fn drape_within(
     let time = choose_step(session, &mut now, target, mesh, &mut decisions)?;
     let algebraic = choose_tolerance(session, &mut now, target, mesh, &mut decisions)?;
 
-    let mut name = level_name(length);
-    let mut run = session.run(&name, now.built.scene().clone(), true)?;
-    let mut space = match coarser(scene, 1.0) {
-        Ok(_) => unknown("one mesh alone tells nothing"),
-        Err(why) => unknown(&why),
-    };
-    let mut far: Option<Distance> = None;
-    let mut why = String::new();
-    while refinable {
-        let enough = space.error_m.is_some_and(|e| e <= SPACE * target.error);
-        if enough && far.is_some() {
-            why = format!(
-                "the mesh is off by {} mm, its share is {} mm",
-                mm(space.error_m),
-                mm(Some(SPACE * target.error))
-            );
-            break;
-        }
-        // Halving the edges makes four times the points.
-        let points = 4 * run.result.summary.points;
-        if points > target.max_points {
-            why = format!(
-                "half of it would take about {points} points, more than the {} allowed",
-                target.max_points
-            );
-            break;
-        }
-        let next_scene = match coarser(run.built.scene(), 0.5) {
-            Ok(scene) => scene,
-            Err(reason) => {
-                why = reason;
-                break;
-            }
-        };
-        length *= 0.5;
-        let next_name = level_name(length);
-        let next = match attempt(session, &next_name, next_scene, true)? {
-            Ok(next) => next,
-            Err(reason) => {
-                why = format!("half of it could not be run: {reason}");
-                break;
-            }
-        };
-        let near = MaterialMap::new(next.surface())?.distance(&run.surface());
-        space = space_part(near, far);
-        far = Some(near);
-        (run, name) = (next, next_name);
-    }
-    if refinable {
-        decisions.push(Decision {
+    let mut levels = Levels::first(session, &now, length)?;
+    match coarser(scene, 1.0) {
+        Ok(_) => decisions.push(Decision {
+            why: levels.refine(session, target)?,
             setting: "mesh.edge_length".to_owned(),
-            value: edge_length(run.built.scene()),
-            why,
-        });
+            value: edge_length(levels.run.built.scene()),
+        }),
+        Err(why) => levels.space = unknown(&why),
     }
+    let Levels {
+        run, name, space, ..
+    } = levels;
     let estimate = total([&space, &time, &algebraic]);
     let own = run.result.summary.cpu_s;
     Ok(Within {
@@ -145,6 +102,75 @@ pub fn drape_within(
         run,
         name,
     })
+}
+
+/// The finest mesh so far.
+struct Levels {
+    run: Companion,
+    name: String,
+    /// Edges in the scene's own.
+    length: f64,
+    space: ErrorPart,
+}
+
+impl Levels {
+    fn first(
+        session: &mut Session<'_>,
+        chosen: &Companion,
+        length: f64,
+    ) -> Result<Self, EstimateError> {
+        let name = level_name(length);
+        Ok(Self {
+            run: session.run(&name, chosen.built.scene().clone(), true)?,
+            name,
+            length,
+            space: unknown("one mesh alone tells nothing"),
+        })
+    }
+
+    /// Halves the edges until the mesh's part is within its share; returns why
+    /// it went no further.
+    fn refine(
+        &mut self,
+        session: &mut Session<'_>,
+        target: Target,
+    ) -> Result<String, EstimateError> {
+        let share = SPACE * target.error;
+        let mut far: Option<Distance> = None;
+        let mut compared = 0;
+        loop {
+            // Two meshes show no order.
+            if compared >= 2 && self.space.error_m.is_some_and(|e| e <= share) {
+                return Ok(format!(
+                    "the mesh is off by {} mm, its share is {} mm",
+                    mm(self.space.error_m),
+                    mm(Some(share))
+                ));
+            }
+            // Halving the edges makes four times the points.
+            let points = 4 * self.run.result.summary.points;
+            if points > target.max_points {
+                return Ok(format!(
+                    "half of it would take about {points} points, more than the {} allowed",
+                    target.max_points
+                ));
+            }
+            let finer = match coarser(self.run.built.scene(), 0.5) {
+                Ok(scene) => scene,
+                Err(why) => return Ok(why),
+            };
+            let name = level_name(0.5 * self.length);
+            let next = match attempt(session, &name, finer, true)? {
+                Ok(next) => next,
+                Err(why) => return Ok(format!("half of it could not be run: {why}")),
+            };
+            let near = MaterialMap::new(next.surface())?.distance(&self.run.surface());
+            self.space = space_part(near, far.replace(near));
+            (self.run, self.name) = (next, name);
+            self.length *= 0.5;
+            compared += 1;
+        }
+    }
 }
 
 /// The coarsest mesh that can be run, and its edges in the scene's own.
