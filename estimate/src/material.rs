@@ -132,8 +132,26 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
+    struct Cloth {
+        triangles: Vec<[u32; 3]>,
+        material: Vec<[[f64; 2]; 3]>,
+        panel: Vec<u16>,
+        positions: Vec<f64>,
+    }
+
+    impl Cloth {
+        fn surface(&self) -> Surface<'_> {
+            Surface {
+                triangles: &self.triangles,
+                material: &self.material,
+                panel: &self.panel,
+                positions: &self.positions,
+            }
+        }
+    }
+
     /// A unit square of `n × n` cells, bent to a cylinder.
-    fn square(n: usize, panel: u16) -> (Vec<[u32; 3]>, Vec<[[f64; 2]; 3]>, Vec<u16>, Vec<f64>) {
+    fn square(n: usize, panel: u16) -> Cloth {
         let at = |i: usize, j: usize| [i as f64 / n as f64, j as f64 / n as f64];
         let id = |i: usize, j: usize| (i * (n + 1) + j) as u32;
         let (mut triangles, mut material, mut positions) = (vec![], vec![], vec![]);
@@ -151,27 +169,27 @@ mod tests {
                 }
             }
         }
-        let panels = vec![panel; triangles.len()];
-        (triangles, material, panels, positions)
+        Cloth {
+            panel: vec![panel; triangles.len()],
+            triangles,
+            material,
+            positions,
+        }
     }
 
     #[test]
     fn a_finer_mesh_of_the_same_shape_is_a_chord_away() {
         let fine = square(32, 0);
         let coarse = square(8, 0);
-        let of = |s: &'static (Vec<[u32; 3]>, Vec<[[f64; 2]; 3]>, Vec<u16>, Vec<f64>)| Surface {
-            triangles: &s.0,
-            material: &s.1,
-            panel: &s.2,
-            positions: &s.3,
-        };
-        let (fine, coarse): (&'static _, &'static _) =
-            (Box::leak(Box::new(fine)), Box::leak(Box::new(coarse)));
         // Nodes of the coarse mesh are nodes of the fine one.
-        let there = MaterialMap::new(of(fine)).unwrap().distance(&of(coarse));
+        let there = MaterialMap::new(fine.surface())
+            .unwrap()
+            .distance(&coarse.surface());
         assert!(there.max < 1e-14, "{there:?}");
         // The other way, half-way between two nodes 1/8 apart on a unit circle.
-        let back = MaterialMap::new(of(coarse)).unwrap().distance(&of(fine));
+        let back = MaterialMap::new(coarse.surface())
+            .unwrap()
+            .distance(&fine.surface());
         assert_relative_eq!(back.max, 1.0 - (1.0f64 / 16.0).cos(), max_relative = 1e-2);
         assert!(back.mean < back.p95 && back.p95 <= back.max);
     }
@@ -180,17 +198,13 @@ mod tests {
     fn panels_are_kept_apart() {
         let mut one = square(4, 0);
         let two = square(4, 1);
-        let shift = (one.3.len() / 3) as u32;
-        one.0.extend(two.0.iter().map(|t| t.map(|p| p + shift)));
-        one.1.extend(&two.1);
-        one.2.extend(&two.2);
-        one.3.extend(&two.3);
-        let both = Surface {
-            triangles: &one.0,
-            material: &one.1,
-            panel: &one.2,
-            positions: &one.3,
-        };
+        let shift = (one.positions.len() / 3) as u32;
+        let shifted = two.triangles.iter().map(|t| t.map(|p| p + shift));
+        one.triangles.extend(shifted);
+        one.material.extend(&two.material);
+        one.panel.extend(&two.panel);
+        one.positions.extend(&two.positions);
+        let both = one.surface();
         let map = MaterialMap::new(both).unwrap();
         let (a, b) = (map.position([0.5, 0.5], 0), map.position([0.5, 0.5], 1));
         assert_relative_eq!(b[0] - a[0], 1.0, epsilon = 1e-12);
