@@ -6,8 +6,8 @@ use body_support::{Random, add_scaled, cuboid, gradient_error, joined, norm, sph
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::PointQuery;
 use parry3d_f64::shape::{TriMesh, TriMeshFlags};
-use selvedge_collision::CollisionError;
 use selvedge_collision::body::{Body, FieldSettings, MeshBody, Shape};
+use selvedge_collision::{Aabb, CollisionError};
 
 const SETTINGS: FieldSettings = FieldSettings {
     voxel: 0.005,
@@ -329,6 +329,15 @@ fn scanned_body() {
         report.watertight && report.components == 1 && !report.inverted,
         "{report}"
     );
+    // The mouth is filled: cloth pressed against the chin comes out below it.
+    assert_eq!(report.filled_cavities, 1, "{report}");
+    assert!(body.sample([0.003, 1.54, 0.08], 0.0).distance < -0.03);
+    let chin = body.sample([0.003, 1.502, 0.087], 0.0);
+    assert!(chin.distance < -0.015 && chin.normal[1] < -0.8, "{chin:?}");
+    let mouth = Aabb {
+        min: [-0.05, 1.49, 0.0],
+        max: [0.05, 1.59, 0.14],
+    };
     assert!((0.06..0.08).contains(&report.volume));
     assert!(body.field().heap_bytes() < 20_000_000);
 
@@ -345,6 +354,9 @@ fn scanned_body() {
     while errors.len() < 5000 {
         let base = points[(random.next() * points.len() as f64) as usize];
         let p = add_scaled(base, random.point(1.0), SETTINGS.band);
+        if mouth.overlaps(&Aabb::of_points(&[p])) {
+            continue;
+        }
         let q = Vector::new(p[0], p[1], p[2]);
         let foot = exact.project_local_point(q, false).point;
         let d = norm(sub(p, [foot.x, foot.y, foot.z]));

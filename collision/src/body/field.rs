@@ -2,7 +2,7 @@ use crate::{Aabb, CollisionError};
 use rayon::prelude::*;
 
 /// Voxels along one edge of a brick.
-const SIDE: usize = 4;
+pub(crate) const SIDE: usize = 4;
 /// Nodes along one edge of a brick.
 const NODES: usize = SIDE + 1;
 /// Nodes of a brick; those on its faces are stored with every brick they touch.
@@ -123,20 +123,39 @@ impl SparseField {
         Ok(field)
     }
 
-    fn wide(&self) -> f64 {
+    pub(crate) fn wide(&self) -> f64 {
         SIDE as f64 * self.voxel
     }
 
-    fn cell_of(&self, index: usize) -> [usize; 3] {
+    pub(crate) fn cell_of(&self, index: usize) -> [usize; 3] {
         let [nx, ny, _] = self.cells;
         [index % nx, index / nx % ny, index / (nx * ny)]
+    }
+
+    pub(crate) fn cell_index(&self, [i, j, k]: [usize; 3]) -> usize {
+        (k * self.cells[1] + j) * self.cells[0] + i
+    }
+
+    /// Brick of a coarse cell.
+    pub(crate) fn brick_of(&self, cell: usize) -> Option<usize> {
+        Some(self.bricks[cell])
+            .filter(|b| *b != COARSE)
+            .map(|b| b as usize)
+    }
+
+    /// Coarse cells with a brick, in the order of the bricks.
+    pub(crate) fn refined(&self) -> Vec<u32> {
+        let cells = 0..self.bricks.len() as u32;
+        cells
+            .filter(|c| self.bricks[*c as usize] != COARSE)
+            .collect()
     }
 
     fn coarse_node(&self, [i, j, k]: [usize; 3]) -> usize {
         (k * (self.cells[1] + 1) + j) * (self.cells[0] + 1) + i
     }
 
-    fn corner(&self, cell: [usize; 3]) -> [f64; 3] {
+    pub(crate) fn corner(&self, cell: [usize; 3]) -> [f64; 3] {
         std::array::from_fn(|a| self.origin[a] + self.wide() * cell[a] as f64)
     }
 
@@ -235,9 +254,7 @@ impl SparseField {
             _ => cell[a]..=cell[a],
         };
         range(2).any(|k| {
-            range(1).any(|j| {
-                range(0).any(|i| self.bricks[(k * self.cells[1] + j) * self.cells[0] + i] == COARSE)
-            })
+            range(1).any(|j| range(0).any(|i| self.bricks[self.cell_index([i, j, k])] == COARSE))
         })
     }
 
@@ -262,7 +279,7 @@ impl SparseField {
             cell[a] = (inside as usize).min(self.cells[a] - 1); // NaN: cell 0, f NaN
             f[a] = inside - cell[a] as f64;
         }
-        let brick = self.bricks[(cell[2] * self.cells[1] + cell[1]) * self.cells[0] + cell[0]];
+        let brick = self.bricks[self.cell_index(cell)];
         let (values, spacing) = if brick == COARSE {
             (self.coarse_corners(cell), wide)
         } else {

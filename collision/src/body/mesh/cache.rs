@@ -1,13 +1,14 @@
 //! Sampled fields on disk.
 //!
 //! ```text
-//! magic 8 | key 32 | origin, voxel 4 f64 | cells 3 u64 | hidden u64
+//! magic 8 | key 32 | origin, voxel 4 f64 | cells 3 u64 | hidden, cavities 2 u64
 //! | lengths 3 u64 | coarse f32.. | bricks u32.. | fine f32.. | blake3 of all before 32
 //! ```
 //! Little-endian.
 
 use super::super::FieldSettings;
 use super::super::field::SparseField;
+use super::Sampled;
 use crate::CollisionError;
 use std::fmt;
 use std::fs;
@@ -16,7 +17,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Changes with the layout and with anything that changes the values.
-const MAGIC: &[u8; 8] = b"SLVSDF01";
+const MAGIC: &[u8; 8] = b"SLVSDF02";
 
 /// What a cache did.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -68,13 +69,11 @@ pub(super) fn key(
     h.finalize()
 }
 
-type Entry = (SparseField, usize);
-
 pub(super) fn read_or_build(
     dir: &Path,
     key: &blake3::Hash,
-    build: impl FnOnce() -> Result<Entry, CollisionError>,
-) -> Result<(Entry, CacheNote), CollisionError> {
+    build: impl FnOnce() -> Result<Sampled, CollisionError>,
+) -> Result<(Sampled, CacheNote), CollisionError> {
     let path = dir.join(format!("{}.sdf", key.to_hex()));
     let damage = match fs::read(&path) {
         Ok(bytes) => match decode(&bytes, key) {
@@ -112,7 +111,8 @@ fn store(dir: &Path, path: &Path, bytes: &[u8]) -> io::Result<()> {
     written
 }
 
-fn encode((field, hidden): &Entry, key: &blake3::Hash) -> Vec<u8> {
+fn encode(sampled: &Sampled, key: &blake3::Hash) -> Vec<u8> {
+    let field = &sampled.field;
     let mut out = Vec::with_capacity(field.heap_bytes() + 200);
     out.extend(MAGIC);
     out.extend(key.as_bytes());
@@ -124,7 +124,8 @@ fn encode((field, hidden): &Entry, key: &blake3::Hash) -> Vec<u8> {
             .flat_map(|x| x.to_le_bytes()),
     );
     let lengths = [field.coarse.len(), field.bricks.len(), field.fine.len()];
-    let counts = field.cells.into_iter().chain([*hidden]).chain(lengths);
+    let left_out = [sampled.hidden, sampled.cavities];
+    let counts = field.cells.into_iter().chain(left_out).chain(lengths);
     out.extend(counts.flat_map(|n| (n as u64).to_le_bytes()));
     out.extend(field.coarse.iter().flat_map(|x| x.to_le_bytes()));
     out.extend(field.bricks.iter().flat_map(|x| x.to_le_bytes()));
@@ -134,7 +135,7 @@ fn encode((field, hidden): &Entry, key: &blake3::Hash) -> Vec<u8> {
     out
 }
 
-fn decode(bytes: &[u8], key: &blake3::Hash) -> Result<Entry, &'static str> {
+fn decode(bytes: &[u8], key: &blake3::Hash) -> Result<Sampled, &'static str> {
     let (content, sum) = bytes.split_last_chunk::<32>().ok_or("cut short")?;
     if blake3::hash(content) != blake3::Hash::from_bytes(*sum) {
         return Err("cut short or damaged (checksum)");
@@ -150,14 +151,14 @@ fn decode(bytes: &[u8], key: &blake3::Hash) -> Result<Entry, &'static str> {
     for x in &mut numbers {
         *x = f64::from_le_bytes(take::<8>(&mut rest)?);
     }
-    let mut counts = [0_usize; 7];
+    let mut counts = [0_usize; 8];
     for n in &mut counts {
         let wide = u64::from_le_bytes(take::<8>(&mut rest)?);
         *n = usize::try_from(wide).map_err(|_| "of impossible size")?;
     }
-    let coarse = words(&mut rest, counts[4], f32::from_le_bytes)?;
-    let bricks = words(&mut rest, counts[5], u32::from_le_bytes)?;
-    let fine = words(&mut rest, counts[6], f32::from_le_bytes)?;
+    let coarse = words(&mut rest, counts[5], f32::from_le_bytes)?;
+    let bricks = words(&mut rest, counts[6], u32::from_le_bytes)?;
+    let fine = words(&mut rest, counts[7], f32::from_le_bytes)?;
     let field = SparseField {
         origin: [numbers[0], numbers[1], numbers[2]],
         voxel: numbers[3],
@@ -169,7 +170,11 @@ fn decode(bytes: &[u8], key: &blake3::Hash) -> Result<Entry, &'static str> {
     if !rest.is_empty() || !field.is_consistent() {
         return Err("inconsistent");
     }
-    Ok((field, counts[3]))
+    Ok(Sampled {
+        field,
+        hidden: counts[3],
+        cavities: counts[4],
+    })
 }
 
 fn take<const N: usize>(rest: &mut &[u8]) -> Result<[u8; N], &'static str> {

@@ -1,6 +1,7 @@
 //! Triangle meshes as bodies.
 
 mod cache;
+mod cavities;
 mod repair;
 mod report;
 mod tree;
@@ -12,6 +13,7 @@ use super::field::{NodeSource, SparseField};
 use super::vec3::{add_scaled, norm, scale};
 use super::{Body, FieldSettings, SurfaceSample};
 use crate::{Aabb, CollisionError};
+use cavities::{Cavities, Filled};
 use rayon::prelude::*;
 use repair::{Repaired, corners, repair};
 use std::path::Path;
@@ -32,7 +34,10 @@ use tree::{TriangleTree, area_vector, centroid};
 /// around their centroids. Triangles whose two sides both lie inside (an arm
 /// that reaches into the torso) are left out of the distance; those that
 /// straddle the intersection curve stay, so that within one edge length of
-/// that curve the depth can be too small. [`MeshReport`] tells all of it.
+/// that curve the depth can be too small. Cavities that cloth cannot enter, such
+/// as a mouth behind its lips, are filled: parts of the outside up to 10 cm
+/// wide behind openings narrower than 5 mm (or a voxel). Cloth pressed against
+/// their walls would be drawn into them. [`MeshReport`] tells all of it.
 ///
 /// # Accuracy
 ///
@@ -65,8 +70,8 @@ impl MeshBody {
         let name = name.into();
         settings.check()?;
         let repaired = repair(&name, points, triangles)?;
-        let (field, hidden) = sample(&repaired, settings)?;
-        Ok(Self::assemble(name, &repaired, field, hidden))
+        let sampled = sample(&repaired, settings)?;
+        Ok(Self::assemble(name, &repaired, sampled))
     }
 
     /// As [`build`](Self::build), reading the field from `cache_dir` when the
@@ -91,21 +96,22 @@ impl MeshBody {
         settings.check()?;
         let repaired = repair(&name, points, triangles)?;
         let key = cache::key(points, triangles, settings);
-        let ((field, hidden), note) =
+        let (sampled, note) =
             cache::read_or_build(cache_dir, &key, || sample(&repaired, settings))?;
-        Ok((Self::assemble(name, &repaired, field, hidden), note))
+        Ok((Self::assemble(name, &repaired, sampled), note))
     }
 
-    fn assemble(name: String, repaired: &Repaired, field: SparseField, hidden: usize) -> Self {
+    fn assemble(name: String, repaired: &Repaired, sampled: Sampled) -> Self {
         let bounds = Aabb::of_points(&repaired.points);
         let report = MeshReport {
-            hidden_triangles: hidden,
+            hidden_triangles: sampled.hidden,
+            filled_cavities: sampled.cavities,
             ..repaired.report.clone()
         };
         Self {
             name,
             bounds,
-            field,
+            field: sampled.field,
             report,
         }
     }
@@ -153,17 +159,23 @@ impl Source {
     }
 }
 
-fn sample(
-    mesh: &Repaired,
-    settings: &FieldSettings,
-) -> Result<(SparseField, usize), CollisionError> {
+/// A field, and what of the mesh is not in it.
+struct Sampled {
+    field: SparseField,
+    /// Triangles inside another part.
+    hidden: usize,
+    /// Cavities filled.
+    cavities: usize,
+}
+
+fn sample(mesh: &Repaired, settings: &FieldSettings) -> Result<Sampled, CollisionError> {
     let all = TriangleTree::new(&mesh.points, mesh.triangles.iter().copied());
     let mut source = Source {
         all,
         visible: None,
         closed: mesh.report.watertight,
     };
-    let hidden: Vec<bool> = mesh
+    let mut left_out: Vec<bool> = mesh
         .triangles
         .par_iter()
         .map(|t| {
@@ -179,41 +191,59 @@ fn sample(
                 && source.inside(add_scaled(center, off, -1.0))
         })
         .collect();
-    let count = hidden.iter().filter(|h| **h).count();
-    if count > 0 && count < mesh.triangles.len() {
-        let kept = mesh
-            .triangles
-            .iter()
-            .zip(&hidden)
-            .filter(|(_, h)| !**h)
-            .map(|(t, _)| *t);
-        source.visible = Some(TriangleTree::new(&mesh.points, kept));
+    let hidden = left_out.iter().filter(|h| **h).count();
+    if hidden > 0 && hidden < mesh.triangles.len() {
+        source.visible = Some(remaining(mesh, &left_out));
     }
-    let field = SparseField::build(&source, &Aabb::of_points(&mesh.points), settings)?;
-    Ok((field, count))
+    let around = Aabb::of_points(&mesh.points);
+    let mut field = SparseField::build(&source, &around, settings)?;
+    let mut count = 0;
+    if let Some(cavities) = Cavities::find(&field) {
+        let lining = cavities.lining(&mesh.points, &mesh.triangles);
+        for (out, lines) in left_out.iter_mut().zip(lining) {
+            *out |= lines;
+        }
+        count = cavities.count;
+        let filled = Filled {
+            cavities: &cavities,
+            outer: &remaining(mesh, &left_out),
+        };
+        field = SparseField::build(&filled, &around, settings)?;
+    }
+    Ok(Sampled {
+        field,
+        hidden,
+        cavities: count,
+    })
+}
+
+/// The triangles that are not left out.
+fn remaining(mesh: &Repaired, left_out: &[bool]) -> TriangleTree {
+    let kept = mesh.triangles.iter().zip(left_out);
+    TriangleTree::new(
+        &mesh.points,
+        kept.filter(|(_, out)| !**out).map(|(t, _)| *t),
+    )
 }
 
 impl NodeSource for Source {
     fn fill(&self, origin: [f64; 3], spacing: f64, counts: [usize; 3], out: &mut [f64]) {
         let tree = self.visible.as_ref().unwrap_or(&self.all);
+        tree.distances(origin, spacing, counts, out);
         let [nx, ny, _] = counts;
-        // The nearest triangle of the node before, of the row and the plane before.
-        let mut hints = [0_u32; 3];
         let strides = [1, nx, nx * ny];
         for n in 0..out.len() {
             let node = [n % nx, n / nx % ny, n / (nx * ny)];
-            let p = std::array::from_fn(|a| origin[a] + spacing * node[a] as f64);
-            let level = node.iter().position(|i| *i > 0).unwrap_or(2);
-            let (d2, triangle) = tree.nearest(p, hints[level]);
-            hints[..=level].fill(triangle);
-            let d = d2.sqrt();
+            let d = out[n];
             let known = (0..3)
                 .filter(|a| self.closed && node[*a] > 0)
                 .map(|a| out[n - strides[a]])
                 .find(|before| before.abs() + d > spacing * (1.0 + 1e-9));
             let inside = match known {
                 Some(before) => before.is_sign_negative(),
-                None => self.inside(p),
+                None => self.inside(std::array::from_fn(|a| {
+                    origin[a] + spacing * node[a] as f64
+                })),
             };
             out[n] = if inside { -d } else { d };
         }

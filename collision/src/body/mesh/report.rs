@@ -37,6 +37,8 @@ pub struct MeshReport {
     pub largest_hole: f64,
     /// Triangles inside another part of the mesh, not part of the surface.
     pub hidden_triangles: usize,
+    /// Cavities behind openings too narrow for cloth that were filled.
+    pub filled_cavities: usize,
     /// Whether the repaired mesh is closed, each edge between two triangles.
     pub watertight: bool,
     /// Volume of the repaired mesh [m³].
@@ -55,6 +57,7 @@ impl MeshReport {
             && self.inconsistent_edges == 0
             && !self.inverted
             && self.hidden_triangles == 0
+            && self.filled_cavities == 0
     }
 }
 
@@ -81,6 +84,7 @@ impl fmt::Display for MeshReport {
             (self.inconsistent_edges, "edges of inconsistent orientation"),
             (self.flipped_triangles, "triangles reversed"),
             (self.hidden_triangles, "triangles inside another part"),
+            (self.filled_cavities, "cavities filled"),
         ];
         for (count, what) in counts {
             if count > 0 {

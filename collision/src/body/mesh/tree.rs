@@ -85,6 +85,27 @@ impl TriangleTree {
         best
     }
 
+    /// Writes the unsigned distance [m] at `origin + spacing (i, j, k)`, `i` fastest.
+    pub(crate) fn distances(
+        &self,
+        origin: [f64; 3],
+        spacing: f64,
+        counts: [usize; 3],
+        out: &mut [f64],
+    ) {
+        let [nx, ny, _] = counts;
+        // The nearest triangle of the node before, of the row and the plane before.
+        let mut hints = [0_u32; 3];
+        for (n, out) in out.iter_mut().enumerate() {
+            let node = [n % nx, n / nx % ny, n / (nx * ny)];
+            let p = std::array::from_fn(|a| origin[a] + spacing * node[a] as f64);
+            let level = node.iter().position(|i| *i > 0).unwrap_or(2);
+            let (d2, triangle) = self.nearest(p, hints[level]);
+            hints[..=level].fill(triangle);
+            *out = d2.sqrt();
+        }
+    }
+
     /// Generalised winding number [1]: 1 inside a closed surface, 0 outside,
     /// between in gaps [Jacobson2013]; far groups as dipoles [Barill2018].
     pub(crate) fn winding(&self, p: [f64; 3]) -> f64 {
