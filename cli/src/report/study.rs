@@ -44,7 +44,7 @@ pub fn render_study(r: &Results) -> String {
          <title>{title} – selvedge study</title>\n<style>\n{STYLE}{MORE}</style>\n</head>\n<body>\n\
          <header>\n<p class=\"brand\">selvedge study</p>\n<h1>{title}</h1>\n"
     );
-    head(&mut out, r, clock);
+    head(&mut out, r);
     out.push_str("</header>\n<main>\n");
     let parts = [
         ("pareto", "Accuracy against time", pareto(r, clock)),
@@ -58,13 +58,19 @@ pub fn render_study(r: &Results) -> String {
         ("how", "How to read this", notes(r, clock)),
     ];
     for (id, name, html) in parts {
-        let _ = write!(out, "<section id=\"{id}\">\n<h2>{name}</h2>\n{html}</section>\n");
+        let _ = write!(
+            out,
+            "<section id=\"{id}\">\n<h2>{name}</h2>\n{html}</section>\n"
+        );
     }
-    let _ = write!(out, "</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n");
+    let _ = write!(
+        out,
+        "</main>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n"
+    );
     out
 }
 
-fn head(out: &mut String, r: &Results, clock: &str) {
+fn head(out: &mut String, r: &Results) {
     let failed = r.rows.iter().filter(|row| row.status == "failed").count();
     let missing = r.missing();
     let (class, word) = match (missing, failed) {
@@ -77,10 +83,10 @@ fn head(out: &mut String, r: &Results, clock: &str) {
         "<p class=\"status\"><span class=\"badge {class}\">{word}</span> {}</p>",
         escape(&r.description)
     );
-    let mut tile = |name: &str, value: String| {
-        let _ = write!(out, "<div><dt>{name}</dt><dd>{value}</dd></div>");
-    };
-    let mut tiles = vec![("runs", count(r.rows.len() as u64))];
+    let mut tiles = vec![
+        ("scene", escape(&r.scene)),
+        ("runs", count(r.rows.len() as u64)),
+    ];
     if failed > 0 {
         tiles.push(("failed", count(failed as u64)));
     }
@@ -88,27 +94,34 @@ fn head(out: &mut String, r: &Results, clock: &str) {
         tiles.push(("missing", count(missing as u64)));
     }
     let reference = r.reference.figures.as_ref();
-    tiles.push(("points of the mesh", count(reference.map_or(0, |f| f.points as u64))));
-    tiles.push(("repeatability floor", match r.floor {
-        Some(_) => length(r.floor_m()),
-        None => "not measured".to_owned(),
-    }));
+    tiles.push((
+        "points of the mesh",
+        count(reference.map_or(0, |f| f.points as u64)),
+    ));
+    tiles.push((
+        "repeatability floor",
+        match r.floor {
+            Some(_) => length(r.floor_m()),
+            None => "not measured".to_owned(),
+        },
+    ));
     let seconds = |row: &Row| row.seconds(r.time);
-    tiles.push(("reference", seconds(&r.reference).map_or("–".to_owned(), duration)));
+    tiles.push((
+        "reference",
+        seconds(&r.reference).map_or("–".to_owned(), duration),
+    ));
     if let Some(best) = &r.recommended {
         let row = &r.rows[best.row];
         tiles.push(("recommended", seconds(row).map_or("–".to_owned(), duration)));
-        tiles.push(("its distance", row.error(r.measure).map_or("–".to_owned(), length)));
+        tiles.push((
+            "its distance",
+            row.error(r.measure).map_or("–".to_owned(), length),
+        ));
     }
-    let _ = clock;
-    let mut html = String::new();
-    std::mem::swap(&mut html, &mut String::new());
-    tile("scene", escape(&r.scene));
+    out.push_str("<dl class=\"tiles\">");
     for (name, value) in tiles {
-        tile(name, value);
+        let _ = write!(out, "<div><dt>{name}</dt><dd>{value}</dd></div>");
     }
-    let start = out.find("<div><dt>scene").unwrap_or(out.len());
-    out.insert_str(start, "<dl class=\"tiles\">");
     out.push_str("</dl>\n");
     if !r.remarks.is_empty() {
         out.push_str("<div class=\"card notes\"><h2>Left out</h2><ul>");
@@ -126,9 +139,18 @@ fn preset(r: &Results, clock: &str) -> String {
     let row = &r.rows[best.row];
     let mut keys = String::new();
     for (key, value) in r.keys.iter().zip(&row.settings) {
-        let _ = write!(keys, "<tr><th>{}</th><td>{}</td></tr>", escape(key), escape(value));
+        let _ = write!(
+            keys,
+            "<tr><th>{}</th><td>{}</td></tr>",
+            escape(key),
+            escape(value)
+        );
     }
-    let floor = if row.within_floor { ", within the floor" } else { "" };
+    let floor = if row.within_floor {
+        ", within the floor"
+    } else {
+        ""
+    };
     format!(
         "<div class=\"card preset\"><p>{} from the reference{floor}, {} of {clock}: {}.</p>\
          <table class=\"keys\"><tbody>{keys}</tbody></table><pre>{}</pre></div>\n",
@@ -160,24 +182,39 @@ fn figures(row: &Row) -> Vec<(&'static str, Cell)> {
     let of = |pick: fn(&selvedge_study::Figures) -> f64| f.map(pick);
     vec![
         ("wall, median", cell(row.seconds(Clock::Wall), duration)),
-        ("wall, least", cell(f.and_then(|f| least(&f.wall_s)), duration)),
+        (
+            "wall, least",
+            cell(f.and_then(|f| least(&f.wall_s)), duration),
+        ),
         ("processor, median", cell(row.seconds(Clock::Cpu), duration)),
-        ("processor, least", cell(f.and_then(|f| least(&f.cpu_s)), duration)),
+        (
+            "processor, least",
+            cell(f.and_then(|f| least(&f.cpu_s)), duration),
+        ),
         ("mean distance", cell(v.map(|v| v.mean_m), length)),
         ("95 %", cell(v.map(|v| v.p95_m), length)),
         ("largest", cell(v.map(|v| v.max_m), length)),
-        ("mean of surfaces", cell(d.map(|d| d.surface_mean_m), length)),
+        (
+            "mean of surfaces",
+            cell(d.map(|d| d.surface_mean_m), length),
+        ),
         ("Hausdorff", cell(d.map(|d| d.hausdorff_m), length)),
         ("steps", cell(of(|f| f.steps as f64), whole)),
         ("rejected", cell(of(|f| f.rejected_steps as f64), whole)),
         ("Newton", cell(of(|f| f.newton_iterations as f64), whole)),
         ("linear", cell(of(|f| f.linear_iterations as f64), whole)),
-        ("intersections", cell(of(|f| f.self_intersections as f64), whole)),
+        (
+            "intersections",
+            cell(of(|f| f.self_intersections as f64), whole),
+        ),
         ("penetration", cell(of(|f| f.max_penetration_m), length)),
         ("stretch 1 %", cell(of(|f| f.stretch.p1 - 1.0), percent)),
         ("50 %", cell(of(|f| f.stretch.p50 - 1.0), percent)),
         ("99 %", cell(of(|f| f.stretch.p99 - 1.0), percent)),
-        ("Δ energy", cell(energy(row), |e| format!("{} J", number(e)))),
+        (
+            "Δ energy",
+            cell(energy(row), |e| format!("{} J", number(e))),
+        ),
         ("memory", cell(of(|f| f.simulation_bytes as f64), bytes)),
     ]
 }
@@ -190,18 +227,29 @@ fn energy(row: &Row) -> Option<f64> {
 
 fn table(r: &Results) -> String {
     let mut heads: Vec<String> = vec!["run".to_owned()];
-    heads.extend(r.keys.iter().map(|k| k.rsplit('.').next().unwrap_or(k).to_owned()));
+    heads.extend(
+        r.keys
+            .iter()
+            .map(|k| k.rsplit('.').next().unwrap_or(k).to_owned()),
+    );
     heads.push("status".to_owned());
     heads.extend(figures(&r.reference).into_iter().map(|f| f.0.to_owned()));
     heads.push("command".to_owned());
     let mut out = String::from("<div class=\"card scroll\"><table class=\"runs\"><thead><tr>");
     for (i, head) in heads.iter().enumerate() {
-        let class = if i > r.keys.len() + 1 && i + 1 < heads.len() { " class=\"n\"" } else { "" };
+        let class = if i > r.keys.len() + 1 && i + 1 < heads.len() {
+            " class=\"n\""
+        } else {
+            ""
+        };
         let _ = write!(out, "<th data-k=\"{i}\"{class}>{}</th>", escape(head));
     }
     out.push_str("</tr></thead><tbody>\n");
     let best = r.recommended.as_ref().map(|b| b.row);
-    let others = [&r.reference].into_iter().chain(&r.floor_runs).map(|row| (None, row));
+    let others = [&r.reference]
+        .into_iter()
+        .chain(&r.floor_runs)
+        .map(|row| (None, row));
     let points = r.rows.iter().enumerate().map(|(i, row)| (Some(i), row));
     for (index, row) in points.chain(others) {
         let role = match index {
@@ -209,7 +257,11 @@ fn table(r: &Results) -> String {
             None => row.role.clone(),
             Some(i) => (i + 1).to_string(),
         };
-        let class = if index.is_some() && index == best { " class=\"best\"" } else { "" };
+        let class = if index.is_some() && index == best {
+            " class=\"best\""
+        } else {
+            ""
+        };
         let _ = write!(out, "<tr{class}><th>{}</th>", escape(&role));
         for k in 0..r.keys.len() {
             let value = row.settings.get(k).map_or("", String::as_str);
@@ -232,7 +284,12 @@ fn table(r: &Results) -> String {
             escape(word)
         );
         for (_, c) in figures(row) {
-            let _ = write!(out, "<td class=\"n\" data-v=\"{:e}\">{}</td>", c.value, escape(&c.text));
+            let _ = write!(
+                out,
+                "<td class=\"n\" data-v=\"{:e}\">{}</td>",
+                c.value,
+                escape(&c.text)
+            );
         }
         let _ = writeln!(
             out,
@@ -261,7 +318,12 @@ fn notes(r: &Results, clock: &str) -> String {
     };
     let mut reference = String::new();
     for (key, value) in &r.reference_settings {
-        let _ = write!(reference, "<tr><th>{}</th><td>{}</td></tr>", escape(key), escape(value));
+        let _ = write!(
+            reference,
+            "<tr><th>{}</th><td>{}</td></tr>",
+            escape(key),
+            escape(value)
+        );
     }
     let floor = match r.floor {
         Some(f) => format!(

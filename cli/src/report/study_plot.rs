@@ -74,7 +74,12 @@ impl Frame {
     }
 
     fn axes(&self, out: &mut String, x: &[(f64, String)], y: &[(f64, String)], names: [&str; 2]) {
-        let Self { left, right, top, bottom } = self;
+        let Self {
+            left,
+            right,
+            top,
+            bottom,
+        } = self;
         for (at, text) in y {
             let at = self.y(*at);
             let _ = write!(
@@ -128,7 +133,11 @@ fn hover(r: &Results, row: &Row) -> String {
 /// Error of a run as it is drawn [mm]: what is below the floor stays close.
 fn drawn(r: &Results, row: &Row) -> Option<f64> {
     let error = row.error(r.measure)?;
-    let least = if r.floor_m() > 0.0 { 0.4 * r.floor_m() } else { 1e-12 };
+    let least = if r.floor_m() > 0.0 {
+        0.4 * r.floor_m()
+    } else {
+        1e-12
+    };
     Some(1e3 * error.max(least))
 }
 
@@ -160,23 +169,34 @@ fn floor_line(out: &mut String, f: &Frame, y: &Log, floor_mm: f64, text: bool) {
 
 /// Error against time in double logarithmic axes, with the front and the floor.
 pub(super) fn pareto(r: &Results, clock: &str) -> String {
-    let mut f = Frame { left: 66.0, right: 986.0, top: 34.0, bottom: 440.0 };
+    let f = Frame {
+        left: 66.0,
+        right: 986.0,
+        top: 34.0,
+        bottom: 440.0,
+    };
     let floor_mm = 1e3 * r.floor_m();
     let shown: Vec<(usize, f64, f64)> = (0..r.rows.len())
         .filter_map(|i| Some((i, r.place(i)?.0, drawn(r, &r.rows[i])?)))
         .collect();
-    let times = |row: &Row| row.figures.as_ref().map(|f| match r.time {
-        selvedge_study::Clock::Wall => f.wall_s.clone(),
-        selvedge_study::Clock::Cpu => f.cpu_s.clone(),
-    });
+    let times = |row: &Row| {
+        row.figures.as_ref().map(|f| match r.time {
+            selvedge_study::Clock::Wall => f.wall_s.clone(),
+            selvedge_study::Clock::Cpu => f.cpu_s.clone(),
+        })
+    };
     let all_times = r.rows.iter().filter_map(times).flatten();
     let (Some(x), Some(y)) = (
         Log::new(all_times.chain(shown.iter().map(|s| s.1))),
-        Log::new(shown.iter().map(|s| s.2).chain((floor_mm > 0.0).then_some(0.5 * floor_mm))),
+        Log::new(
+            shown
+                .iter()
+                .map(|s| s.2)
+                .chain((floor_mm > 0.0).then_some(0.5 * floor_mm)),
+        ),
     ) else {
         return "<p class=\"card\">No run has both a time and a distance.</p>\n".to_owned();
     };
-    f.top += 0.0;
     let mut out = String::from(
         "<figure class=\"card plot\"><svg viewBox=\"0 0 1000 480\" role=\"img\" aria-label=\"Error against time\">",
     );
@@ -214,9 +234,16 @@ pub(super) fn pareto(r: &Results, clock: &str) -> String {
             );
         }
         if best == Some(*i) {
-            let _ = write!(out, "<circle class=\"best\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"11\"/>");
+            let _ = write!(
+                out,
+                "<circle class=\"best\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"11\"/>"
+            );
         }
-        let (class, radius) = if front { ("c0", 5.5) } else { ("c7 behind", 4.5) };
+        let (class, radius) = if front {
+            ("c0", 5.5)
+        } else {
+            ("c7 behind", 4.5)
+        };
         let _ = write!(
             out,
             "<circle class=\"{class}\" cx=\"{px:.1}\" cy=\"{py:.1}\" r=\"{radius}\"><title>{}</title></circle>",
@@ -237,8 +264,20 @@ pub(super) fn by_setting(r: &Results, clock: &str) -> String {
     for (k, key) in r.keys.iter().enumerate() {
         let error = |i: usize| drawn(r, &r.rows[i]);
         let time = |i: usize| r.place(i).map(|p| p.0);
-        let _ = write!(out, "<figure class=\"card plot\"><figcaption>{}</figcaption>", escape(key));
-        panel(&mut out, r, k, &error, "distance [mm]", "c0", 1e3 * r.floor_m());
+        let _ = write!(
+            out,
+            "<figure class=\"card plot\"><figcaption>{}</figcaption>",
+            escape(key)
+        );
+        panel(
+            &mut out,
+            r,
+            k,
+            &error,
+            "distance [mm]",
+            "c0",
+            1e3 * r.floor_m(),
+        );
         panel(&mut out, r, k, &time, &format!("{clock} [s]"), "c1", 0.0);
         out.push_str("</figure>\n");
     }
@@ -257,7 +296,12 @@ fn panel(
     class: &str,
     floor: f64,
 ) {
-    let f = Frame { left: 66.0, right: 606.0, top: 24.0, bottom: 178.0 };
+    let f = Frame {
+        left: 66.0,
+        right: 606.0,
+        top: 24.0,
+        bottom: 178.0,
+    };
     let setting = |i: usize| r.rows[i].settings.get(key).map_or("", String::as_str);
     let mut values: Vec<&str> = Vec::new();
     for i in 0..r.rows.len() {
@@ -268,8 +312,12 @@ fn panel(
     let shown: Vec<(usize, f64)> = (0..r.rows.len())
         .filter_map(|i| Some((i, value(i)?)))
         .collect();
-    let Some(y) = Log::new(shown.iter().map(|s| s.1).chain((floor > 0.0).then_some(0.5 * floor)))
-    else {
+    let Some(y) = Log::new(
+        shown
+            .iter()
+            .map(|s| s.1)
+            .chain((floor > 0.0).then_some(0.5 * floor)),
+    ) else {
         return;
     };
     let parsed = |t: &str| t.parse::<f64>().ok().filter(|x| *x > 0.0);
@@ -292,7 +340,11 @@ fn panel(
             .map(|v| (place(v), v.chars().take(18).collect()))
             .collect(),
     };
-    let _ = write!(out, "<svg viewBox=\"0 0 620 216\" role=\"img\" aria-label=\"{}\">", escape(name));
+    let _ = write!(
+        out,
+        "<svg viewBox=\"0 0 620 216\" role=\"img\" aria-label=\"{}\">",
+        escape(name)
+    );
     f.axes(out, &labels, &ticks(&y), [name, ""]);
     floor_line(out, &f, &y, floor, false);
     if spread.is_none() {

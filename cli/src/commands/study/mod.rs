@@ -96,7 +96,10 @@ pub fn study(args: &StudyArgs, json: bool) -> Result<ExitCode, Failure> {
     } else {
         let (made, reused) = (tally.made, tally.reused);
         say!("part {shard}: {made} runs made, {reused} reused")?;
-        say!("  when all parts are done: selvedge study --collect {}", folder.display())?;
+        say!(
+            "  when all parts are done: selvedge study --collect {}",
+            folder.display()
+        )?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -118,7 +121,8 @@ fn shard(args: &StudyArgs) -> Result<Shard, Failure> {
         return Ok(Shard::parse(text)?);
     }
     let variable = |name: &str| std::env::var(name).ok();
-    let [id, count, least] = ["ID", "COUNT", "MIN"].map(|n| variable(&format!("SLURM_ARRAY_TASK_{n}")));
+    let [id, count, least] =
+        ["ID", "COUNT", "MIN"].map(|n| variable(&format!("SLURM_ARRAY_TASK_{n}")));
     let shard = Shard::of_array(id.as_deref(), count.as_deref(), least.as_deref())?;
     Ok(shard.unwrap_or(Shard::WHOLE))
 }

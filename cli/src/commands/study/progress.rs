@@ -70,7 +70,11 @@ impl Observer for Lines {
             _ => {
                 let seconds = |t: &[f64]| median(t).map_or("?".to_owned(), |t| format!("{t:.2} s"));
                 let (wall, cpu) = (seconds(&f.wall_s), seconds(&f.cpu_s));
-                format!("{}, {wall} (processor {cpu}), {} steps", f.status.name(), f.steps)
+                format!(
+                    "{}, {wall} (processor {cpu}), {} steps",
+                    f.status.name(),
+                    f.steps
+                )
             }
         };
         self.line(&format!("[{number}/{count}] {}: {what}", job.label));
@@ -111,7 +115,11 @@ pub fn tell(results: &Results, folder: &Path, json: bool) -> Result<(), Failure>
             serde_json::json!({ "event": "study", "folder": folder.display().to_string(), "points": results.rows.len(), "failed": failed, "missing": missing, "floor": results.floor, "recommended": settings, "keys": results.keys })
         );
     }
-    say!("{}: {} points, {failed} failed, {missing} missing", results.name, results.rows.len())?;
+    say!(
+        "{}: {} points, {failed} failed, {missing} missing",
+        results.name,
+        results.rows.len()
+    )?;
     if let Some(floor) = results.floor {
         say!(
             "  repeatability floor: mean {:.3e} mm, Hausdorff {:.3e} mm, from {} runs",
