@@ -4,10 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::StudyError;
 
-/// A key of the scene and the values it takes.
+/// A key of the scene and the values it takes, or several keys that change
+/// together: `a&b` with values such as `1&2`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Axis {
-    /// Dotted key, as `--set` takes it.
+    /// Dotted key, as `--set` takes it; several are joined by `&`.
     pub key: String,
     /// What it takes.
     pub values: Values,
@@ -58,8 +59,17 @@ impl Axis {
         if rest.is_empty() {
             return Err(fail(format!("`{key}` has no values, {example}")));
         }
-        let key = key.to_owned();
+        let keys: Vec<&str> = key.split('&').map(str::trim).collect();
+        if keys.iter().any(|k| k.is_empty()) {
+            return Err(fail("a key is missing beside `&`".to_owned()));
+        }
+        let key = keys.join("&");
         if let Some((low, high)) = rest.split_once("..") {
+            if keys.len() > 1 {
+                return Err(fail(
+                    "keys that change together take lists of values".to_owned(),
+                ));
+            }
             let range = Range::new(low.trim(), high.trim()).map_err(fail)?;
             let values = Values::Range(range);
             return Ok(Self { key, values });
@@ -71,8 +81,30 @@ impl Axis {
         if let Some(i) = (1..values.len()).find(|i| values[..*i].contains(&values[*i])) {
             return Err(fail(format!("the value `{}` is there twice", values[i])));
         }
+        let count = |v: &&String| keys.len() > 1 && v.split('&').count() != keys.len();
+        if let Some(value) = values.iter().find(count) {
+            let (n, given) = (keys.len(), value.split('&').count());
+            return Err(fail(format!(
+                "`{value}` has {given} of {n} values, joined by `&`"
+            )));
+        }
         let values = Values::List(values);
         Ok(Self { key, values })
+    }
+
+    /// Its keys.
+    pub fn keys(&self) -> impl Iterator<Item = &str> {
+        self.key.split('&')
+    }
+
+    /// The keys with what one of the values gives to each.
+    pub fn settings(&self, value: &str) -> Vec<(String, String)> {
+        if !self.key.contains('&') {
+            return vec![(self.key.clone(), value.to_owned())];
+        }
+        let each = self.keys().zip(value.split('&'));
+        each.map(|(k, v)| (k.to_owned(), v.trim().to_owned()))
+            .collect()
     }
 }
 
@@ -165,6 +197,15 @@ mod tests {
         assert_eq!((range.logarithmic, range.at(0.5)), (false, "5".to_owned()));
     }
 
+    /// Keys joined by `&` change together.
+    #[test]
+    fn keys_together() {
+        let axis = Axis::parse("a.b & c=1&x, 2&y").unwrap();
+        let pair = |k: &str, v: &str| (k.to_owned(), v.to_owned());
+        assert_eq!(axis.key, "a.b&c");
+        assert_eq!(axis.settings("2&y"), [pair("a.b", "2"), pair("c", "y")]);
+    }
+
     /// What cannot be meant is refused with a reason.
     #[test]
     fn mistakes_are_told() {
@@ -177,6 +218,9 @@ mod tests {
             ("a=x..y", "not a number"),
             ("a=2..1", "empty"),
             ("a=1..inf", "not a number"),
+            ("a&b=1&2,3", "1 of 2 values"),
+            ("a&=1&2", "key is missing"),
+            ("a&b=1..2", "lists"),
         ] {
             let message = Axis::parse(text).unwrap_err().to_string();
             assert!(message.contains(word), "{text}: {message}");

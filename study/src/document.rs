@@ -14,6 +14,7 @@
 //! ````
 //!
 //! An entry of `show` is a column of `study.csv`, then a heading and a factor.
+//! `names` and `head` replace the texts of the first column.
 //! With `columns` there is one table for each entry of `show`. A block with
 //! `facts = true` and `from` alone lists scene, reference, floor and
 //! recommendation.
@@ -42,6 +43,10 @@ struct Block {
     show: Vec<String>,
     #[serde(default)]
     ratio: Option<String>,
+    #[serde(default)]
+    names: Vec<String>,
+    #[serde(default)]
+    head: Option<String>,
     #[serde(default)]
     facts: bool,
 }
@@ -244,10 +249,23 @@ fn tables(block: &Block, sources: &[Source]) -> Result<String, String> {
             rows.join("`, `")
         ));
     }
+    if !block.names.is_empty() && block.names.len() != rows.len() {
+        let (names, rows) = (block.names.len(), rows.len());
+        return Err(format!("`names` has {names} entries for {rows} rows"));
+    }
     match &block.columns {
         Some(columns) => wide(block, sources, &shows, &rows, columns),
         None => long(block, sources, &shows, &rows),
     }
+}
+
+fn first_column(block: &Block, rows: &[String]) -> Vec<Vec<String>> {
+    let names = if block.names.is_empty() {
+        rows
+    } else {
+        &block.names
+    };
+    names.iter().map(|r| vec![r.clone()]).collect()
 }
 
 /// A table for each figure, with the values of a second key as columns.
@@ -260,8 +278,9 @@ fn wide(
 ) -> Result<String, String> {
     let mut out = String::new();
     for show in shows {
-        let mut heads = vec![format!("{} \\ {}", short(&block.rows), short(columns))];
-        let mut lines: Vec<Vec<String>> = rows.iter().map(|r| vec![r.clone()]).collect();
+        let head = block.head.as_deref().unwrap_or(short(&block.rows));
+        let mut heads = vec![format!("{head} \\ {}", short(columns))];
+        let mut lines = first_column(block, rows);
         for source in sources {
             for column in values(source, columns)? {
                 heads.push(format!("{} {column}", source.name));
@@ -284,8 +303,14 @@ fn long(
     shows: &[Show],
     rows: &[String],
 ) -> Result<String, String> {
-    let mut heads = vec![short(&block.rows).to_owned()];
-    let mut lines: Vec<Vec<String>> = rows.iter().map(|r| vec![r.clone()]).collect();
+    let mut heads = vec![
+        block
+            .head
+            .as_deref()
+            .unwrap_or(short(&block.rows))
+            .to_owned(),
+    ];
+    let mut lines = first_column(block, rows);
     for source in sources {
         let prefix = match sources.len() {
             1 => String::new(),

@@ -151,13 +151,12 @@ impl Plan {
     /// # Errors
     /// [`StudyError`]: axes, samples, settings that no scene takes.
     pub fn new(spec: StudySpec) -> Result<Self, StudyError> {
-        for (i, axis) in spec.axes.iter().enumerate() {
-            if spec.axes[..i].iter().any(|a| a.key == axis.key) {
-                return Err(StudyError::Axis {
-                    text: axis.key.clone(),
-                    reason: "it is varied twice: give all of its values at once".to_owned(),
-                });
-            }
+        let keys: Vec<&str> = spec.axes.iter().flat_map(Axis::keys).collect();
+        if let Some(i) = (1..keys.len()).find(|i| keys[..*i].contains(&keys[*i])) {
+            return Err(StudyError::Axis {
+                text: keys[i].to_owned(),
+                reason: "it is varied twice: give all of its values at once".to_owned(),
+            });
         }
         let base = file::read(&spec.scene, &spec.set)?.scene;
         let mut reference = Overrides::new();
@@ -201,8 +200,8 @@ impl Plan {
             }
         }
         for values in settings {
-            let keys = self.spec.axes.iter().map(|a| a.key.clone());
-            let own: Overrides = keys.zip(values.iter().cloned()).collect();
+            let each = self.spec.axes.iter().zip(&values);
+            let own: Overrides = each.flat_map(|(a, v)| a.settings(v)).collect();
             let label = one_line(&own);
             let repeats = self.spec.repeat;
             let Some(job) = self.job(self.overrides(&own), None, repeats, label, &mut wrong)?

@@ -166,7 +166,10 @@ fn by_option(findings: &Diagnostics, args: &StudyArgs) -> Diagnostics {
         if let Some(text) = finding.file.strip_prefix("--set ") {
             let key = text.split_once('=').map_or(text, |(key, _)| key);
             let given = |list: &[(String, String)]| list.iter().any(|(k, _)| k == key);
-            let varied = |v: &String| v.split_once('=').is_some_and(|(k, _)| k.trim() == key);
+            let varied = |v: &String| {
+                let keys = v.split_once('=').map_or("", |(keys, _)| keys);
+                keys.split('&').any(|k| k.trim() == key)
+            };
             let option = if args.vary.iter().any(varied) {
                 "--vary"
             } else if given(&args.reference) {
