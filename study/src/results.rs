@@ -234,10 +234,22 @@ impl Results {
                 self.front[k],
                 "the knee of the front: farthest below the chord between its ends",
             ),
-            (None, Some(last)) if self.rows[*last].within_floor => {
-                recommended(*last, "the fastest within the floor; the front has no knee")
+            (None, Some(only)) if self.front.len() == 1 => {
+                recommended(*only, "both the fastest and the most accurate")
             }
-            (None, Some(last)) => recommended(*last, "the most accurate; the front has no knee"),
+            (None, Some(_)) => {
+                // No corner: as many times faster counts as much as as many
+                // times more accurate.
+                let product = |i: &usize| places[*i].0 * places[*i].1;
+                let best = self.front.iter().copied();
+                let best = best.min_by(|a, b| product(a).total_cmp(&product(b)));
+                best.and_then(|row| {
+                    recommended(
+                        row,
+                        "the least product of time and distance; the front has no knee",
+                    )
+                })
+            }
             (None, None) => None,
         };
     }

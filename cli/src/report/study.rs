@@ -13,6 +13,7 @@ const MORE: &str = "\
 svg .below { fill: var(--soft); opacity: 0.09; } circle.behind { opacity: 0.55; }\n\
 circle.best { fill: none; stroke: var(--c1); stroke-width: 2.4; } .whisker { stroke: var(--soft); stroke-width: 1.4; fill: none; }\n\
 circle:hover { stroke: var(--ink); stroke-width: 2; }\n\
+.legend i.dot { width: 9px; height: 9px; border: 0; border-radius: 50%; background: var(--c); vertical-align: 0; }\n\
 .legend i.ring { width: 13px; height: 13px; border: 2.4px solid var(--c1); border-radius: 50%; vertical-align: -2px; }\n\
 .runs td, .runs th { white-space: nowrap; padding-right: 16px; } .runs th[data-k] { cursor: pointer; } .runs th[data-k]:hover { color: var(--accent); }\n\
 .runs tr.best th, .runs tr.best td { font-weight: 620; } .runs pre { margin: 4px 0 0; white-space: pre-wrap; overflow-wrap: anywhere; max-width: 60em; }\n\
@@ -84,7 +85,7 @@ fn head(out: &mut String, r: &Results) {
         escape(&r.description)
     );
     let mut tiles = vec![
-        ("scene", escape(&r.scene)),
+        ("scene", escape(file_name(&r.scene))),
         ("runs", count(r.rows.len() as u64)),
     ];
     if failed > 0 {
@@ -130,6 +131,11 @@ fn head(out: &mut String, r: &Results) {
         }
         out.push_str("</ul></div>\n");
     }
+}
+
+/// The last part of a path.
+fn file_name(path: &str) -> &str {
+    path.rsplit('/').next().unwrap_or(path)
 }
 
 fn preset(r: &Results, clock: &str) -> String {

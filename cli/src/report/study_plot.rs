@@ -23,6 +23,7 @@ impl Log {
         let pad = 0.06 * (high - low).max(0.5);
         let (low, high) = (low - pad, high + pad);
         let fine: &[f64] = match high - low {
+            span if span < 0.6 => &[1.0, 1.2, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0],
             span if span < 1.3 => &[1.0, 2.0, 3.0, 5.0, 7.0],
             span if span < 2.5 => &[1.0, 2.0, 5.0],
             _ => &[1.0],
@@ -141,9 +142,30 @@ fn drawn(r: &Results, row: &Row) -> Option<f64> {
     Some(1e3 * error.max(least))
 }
 
+/// Decades that a plot reaches down for a floor below its least value.
+const REACH: f64 = 2.5;
+
+/// The floor as far as it is worth room in a plot of these values.
+fn near_floor(values: impl Iterator<Item = f64>, floor: f64) -> Option<f64> {
+    let least = values.fold(f64::INFINITY, f64::min);
+    (floor > 0.0 && floor > least * 10f64.powf(-REACH)).then_some(0.5 * floor)
+}
+
 /// The floor as a line, with what is below it shaded.
 fn floor_line(out: &mut String, f: &Frame, y: &Log, floor_mm: f64, text: bool) {
     if floor_mm <= 0.0 {
+        return;
+    }
+    if floor_mm.log10() < y.low {
+        if text {
+            let _ = write!(
+                out,
+                "<text class=\"time\" x=\"{}\" y=\"{}\">repeatability floor, {}: below this plot ↓</text>",
+                f.right - 6.0,
+                f.bottom - 8.0,
+                length(1e-3 * floor_mm)
+            );
+        }
         return;
     }
     let at = f.y(y.place(floor_mm));
@@ -185,15 +207,11 @@ pub(super) fn pareto(r: &Results, clock: &str) -> String {
             selvedge_study::Clock::Cpu => f.cpu_s.clone(),
         })
     };
+    let errors = || shown.iter().map(|s| s.2);
     let all_times = r.rows.iter().filter_map(times).flatten();
     let (Some(x), Some(y)) = (
         Log::new(all_times.chain(shown.iter().map(|s| s.1))),
-        Log::new(
-            shown
-                .iter()
-                .map(|s| s.2)
-                .chain((floor_mm > 0.0).then_some(0.5 * floor_mm)),
-        ),
+        Log::new(errors().chain(near_floor(errors(), floor_mm))),
     ) else {
         return "<p class=\"card\">No run has both a time and a distance.</p>\n".to_owned();
     };
@@ -251,8 +269,8 @@ pub(super) fn pareto(r: &Results, clock: &str) -> String {
         );
     }
     out.push_str(
-        "</svg><ul class=\"legend\"><li><i class=\"c0\"></i>front: nothing is both faster and more accurate</li>\
-         <li><i class=\"c7\"></i>other runs</li><li><i class=\"c7 dash\"></i>floor: what is below it is as good as the reference</li>\
+        "</svg><ul class=\"legend\"><li><i class=\"dot c0\"></i>front: nothing is both faster and more accurate</li>\
+         <li><i class=\"dot c7\"></i>other runs</li><li><i class=\"c7 dash\"></i>floor: what is below it is as good as the reference</li>\
          <li><i class=\"ring\"></i>recommended</li></ul></figure>\n",
     );
     out
@@ -312,12 +330,8 @@ fn panel(
     let shown: Vec<(usize, f64)> = (0..r.rows.len())
         .filter_map(|i| Some((i, value(i)?)))
         .collect();
-    let Some(y) = Log::new(
-        shown
-            .iter()
-            .map(|s| s.1)
-            .chain((floor > 0.0).then_some(0.5 * floor)),
-    ) else {
+    let each = || shown.iter().map(|s| s.1);
+    let Some(y) = Log::new(each().chain(near_floor(each(), floor))) else {
         return;
     };
     let parsed = |t: &str| t.parse::<f64>().ok().filter(|x| *x > 0.0);

@@ -170,7 +170,10 @@ fn by_option(findings: &Diagnostics, args: &StudyArgs) -> Diagnostics {
                 let keys = v.split_once('=').map_or("", |(keys, _)| keys);
                 keys.split('&').any(|k| k.trim() == key)
             };
-            let option = if args.vary.iter().any(varied) {
+            let reference = |(k, v): &(String, String)| format!("{k}={v}") == text;
+            let option = if args.reference.iter().any(reference) {
+                "--reference"
+            } else if args.vary.iter().any(varied) {
                 "--vary"
             } else if given(&args.reference) {
                 "--reference"
