@@ -171,7 +171,7 @@ fn study_mistakes() {
 fn study_in_parts() {
     let folder = folder();
     let study = "study sheet.toml --set simulation.duration=0.01 --plain-reference \
-                 --vary solver.tolerance=1e-2,0.5 --vary cloth.0.points=[5,5],[6,5]";
+                 --vary solver.tolerance=1e-2,0.5 --vary integrator.newton_tolerance=1e-3,1";
     let run = |arguments: &str| {
         let (code, errors) = output(folder.path(), "", arguments);
         assert_eq!(code, Some(0), "{arguments}: {errors}");

@@ -9,7 +9,7 @@
 //! rows = "integrator.newton_tolerance"                 # a varied key
 //! columns = "integrator.step_splitting"                # another; may be absent
 //! show = ["cpu_median_s", "mean_m | mean distance, mm | 1000"]
-//! ratio = "reassembled"   # adds the quotient of this row's figures by each row's
+//! ratio = "reassembled"   # adds this row's figures over each row's; not of distances
 //! ```
 //! ````
 //!
@@ -318,9 +318,14 @@ fn long(
         };
         for show in shows {
             let of = |row: &String| figure(source, &[(block.rows.as_str(), row.as_str())], show);
-            let baseline = block.ratio.as_ref().map(of).transpose()?;
+            // How often a distance fits into another says nothing.
+            let ratio = block
+                .ratio
+                .as_ref()
+                .filter(|_| !show.column.ends_with("_m"));
+            let baseline = ratio.map(of).transpose()?;
             heads.push(format!("{prefix}{}", show.heading));
-            if block.ratio.is_some() {
+            if ratio.is_some() {
                 heads.push("ratio".to_owned());
             }
             for (line, row) in lines.iter_mut().zip(rows) {

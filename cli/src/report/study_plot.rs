@@ -327,6 +327,10 @@ fn panel(
             values.push(setting(i));
         }
     }
+    if values.iter().all(|v| v.parse::<f64>().is_ok()) {
+        let number = |v: &str| v.parse().unwrap_or(f64::NAN);
+        values.sort_by(|a, b| f64::total_cmp(&number(a), &number(b)));
+    }
     let shown: Vec<(usize, f64)> = (0..r.rows.len())
         .filter_map(|i| Some((i, value(i)?)))
         .collect();
