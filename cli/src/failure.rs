@@ -86,6 +86,11 @@ impl From<StudyError> for Failure {
             E::Axis { .. } | E::TooMany { .. } | E::Shard { .. } | E::Template { .. } => {
                 return Self::Usage(error.to_string());
             }
+            E::Reference { .. } => {
+                let help = "what is finished is kept: choose other settings with --reference, or \
+                            run what is missing, with --resume";
+                return Self::Other(format!("{error} ({help})"));
+            }
             _ => return Self::Other(error.to_string()),
         };
         Self::Usage(format!("{error} ({help})"))

@@ -53,8 +53,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let results = Results::of_folder(&folder, &plan, Clock::Wall)?;
     println!("floor: {:.1e} m", results.floor_m());
     for row in &results.rows {
-        let (error, time) = (row.error(results.measure), row.seconds(Clock::Wall));
-        println!("{}: {error:.1e?} m in {time:.2?} s", row.settings.join(" "));
+        let error = row.error(results.measure).unwrap_or(f64::NAN);
+        let time = row.seconds(Clock::Wall).unwrap_or(f64::NAN);
+        println!("{}: {error:.1e} m in {time:.2} s", row.settings.join(" "));
     }
     assert_eq!(results.rows[0].error(results.measure), Some(0.0));
     assert!(results.floor_m() > 0.0);

@@ -26,6 +26,7 @@ use std::path::Path;
 use serde::Deserialize;
 
 use crate::StudyError;
+use crate::markdown::{Cell, digits, markdown};
 use crate::metrics::median;
 use crate::results::{Clock, Results};
 use crate::table::Table;
@@ -124,6 +125,15 @@ fn sources(block: &Block, folder: &Path) -> Result<Vec<Source>, StudyError> {
         let text = std::fs::read_to_string(&path).map_err(|e| fail(format!("study.json: {e}")))?;
         let results: Results =
             serde_json::from_str(&text).map_err(|e| fail(format!("study.json: {e}")))?;
+        let rows = results.rows.len();
+        let best = results.recommended.as_ref().map(|b| b.row);
+        if best
+            .into_iter()
+            .chain(results.front.iter().copied())
+            .any(|i| i >= rows)
+        {
+            return Err(fail("study.json contradicts itself".to_owned()));
+        }
         let table = Table::of(&results);
         let name = name.clone();
         sources.push(Source {
@@ -197,33 +207,6 @@ fn figure(source: &Source, settings: &[(&str, &str)], show: &Show) -> Result<Cel
         }
     }
     Ok(median(&found).map_or(Cell::Text("–".to_owned()), Cell::Number))
-}
-
-enum Cell {
-    Number(f64),
-    Text(String),
-}
-
-impl Cell {
-    fn text(&self) -> String {
-        match self {
-            Self::Text(text) => text.clone(),
-            Self::Number(x) => digits(*x),
-        }
-    }
-}
-
-/// Three significant digits.
-fn digits(x: f64) -> String {
-    if x == 0.0 {
-        return "0".to_owned();
-    }
-    let magnitude = x.abs().log10().floor() as i32;
-    if (-3..6).contains(&magnitude) {
-        format!("{x:.*}", (2 - magnitude).max(0) as usize)
-    } else {
-        format!("{x:.2e}")
-    }
 }
 
 fn short(key: &str) -> &str {
@@ -344,16 +327,6 @@ fn long(
     Ok(markdown(&heads, &lines))
 }
 
-fn markdown(heads: &[String], lines: &[Vec<String>]) -> String {
-    let row = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-    let mut out = row(heads);
-    out += &format!("|{}\n", "---|".repeat(heads.len()));
-    for line in lines {
-        out += &row(line);
-    }
-    out
-}
-
 fn facts(sources: &[Source]) -> String {
     let mut out = String::new();
     let list = |settings: &[(String, String)]| {
@@ -404,20 +377,6 @@ fn facts(sources: &[Source]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Three digits, whatever the size.
-    #[test]
-    fn three_digits() {
-        for (x, text) in [
-            (0.0, "0"),
-            (1234.5, "1234"),
-            (0.012345, "0.0123"),
-            (1e-9, "1.00e-9"),
-            (9.0, "9.00"),
-        ] {
-            assert_eq!(digits(x), text);
-        }
-    }
 
     /// Text passes through; blocks that cannot be filled are named by line.
     #[test]

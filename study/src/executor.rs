@@ -1,12 +1,13 @@
 //! Where simulations run.
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use selvedge_scene::build::BuiltScene;
 use selvedge_scene::diagnostic::{Diagnostics, Severity};
 use selvedge_scene::driver::{self, Progress, RunError, RunOptions, Silent, Tick};
 use selvedge_scene::file;
+use selvedge_scene::summary::Status;
 
 use crate::plan::Job;
 use crate::record::{Figures, Measured};
@@ -138,8 +139,7 @@ impl InProcess<'_> {
             Err(RunError::Scene(findings)) => return failed(errors(&findings)),
             Err(e) => return Err(Halt::Machine(e.to_string())),
         };
-        let stopped = result.summary.status == selvedge_scene::summary::Status::Stopped;
-        if stopped || interrupt.load(Ordering::Relaxed) && result.positions.is_empty() {
+        if result.summary.status == Status::Stopped {
             return Err(Halt::Interrupted);
         }
         let mut figures = Figures::of(&built, &result);

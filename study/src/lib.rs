@@ -36,6 +36,7 @@ mod document;
 mod error;
 mod executor;
 mod hash;
+mod markdown;
 mod metrics;
 mod pareto;
 mod plan;

@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use crate::StudyError;
 use crate::executor::{Executor, Halt};
 use crate::plan::{Job, Plan};
-use crate::record::Entry;
+use crate::record::{Ending, Entry};
 use crate::shard::Shard;
 use crate::store::{Store, read_entries};
 
@@ -53,9 +53,14 @@ pub fn run(
         observer.note(remark);
     }
     let done = |job: &Job| {
-        let entry = known.get(&job.hash);
-        // A run that failed has no times to repeat.
-        entry.is_some_and(|e| e.shape.is_none() || e.figures.wall_s.len() >= job.repeats)
+        known.get(&job.hash).is_some_and(|e| {
+            let f = &e.figures;
+            match f.status {
+                // What could not even begin, or lost its process, may be able to now.
+                Ending::Failed => f.points > 0,
+                _ => f.wall_s.len() >= job.repeats,
+            }
+        })
     };
     let mine: Vec<&Job> = shard.jobs(plan.jobs.len()).map(|j| &plan.jobs[j]).collect();
     let left: Vec<&Job> = mine.iter().copied().filter(|j| !done(j)).collect();

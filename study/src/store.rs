@@ -18,7 +18,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use crate::StudyError;
-use crate::plan::{Plan, STUDY_SCHEMA};
+use crate::plan::{Plan, Point, STUDY_SCHEMA};
 use crate::record::{Entry, Measured};
 use crate::shape::Shape;
 use crate::shard::Shard;
@@ -166,6 +166,11 @@ pub fn read_plan(folder: &Path) -> Result<Plan, StudyError> {
             "its layout {} is not known here",
             plan.schema
         )));
+    }
+    let axes = plan.spec.axes.len();
+    let fits = |p: &Point| p.job < plan.jobs.len() && p.settings.len() == axes;
+    if plan.jobs.len() <= plan.spec.floor || !plan.points.iter().all(fits) {
+        return Err(fail(format!("{PLAN} contradicts itself")));
     }
     Ok(plan)
 }

@@ -9,8 +9,8 @@ use std::process::ExitCode;
 
 use selvedge_scene::diagnostic::Diagnostics;
 use selvedge_study::{
-    Axis, Clock, Executor, InProcess, Plan, Results, Sample, Shard, Store, StudyError, StudySpec,
-    Subprocess, Table, fill, read_plan, serve, whole,
+    Axis, Clock, Executor, Halt, InProcess, Plan, Results, Sample, Shard, Store, StudyError,
+    StudySpec, Subprocess, Table, fill, read_plan, serve, whole,
 };
 
 use super::run::{STOPPED, command_line};
@@ -111,8 +111,11 @@ pub fn job() -> Result<ExitCode, Failure> {
         .read_to_string(&mut order)
         .map_err(|e| Failure::Other(e.to_string()))?;
     let interrupt = signals::interrupt();
-    serve(&order, &interrupt).map_err(|e| Failure::Other(e.to_string()))?;
-    Ok(ExitCode::SUCCESS)
+    match serve(&order, &interrupt) {
+        Ok(()) => Ok(ExitCode::SUCCESS),
+        Err(Halt::Interrupted) => Ok(ExitCode::from(STOPPED)),
+        Err(e) => Err(Failure::Other(e.to_string())),
+    }
 }
 
 /// The part to run: as asked for, or that of a Slurm task.
