@@ -6,7 +6,8 @@
 # The studies of a scene share a folder, and so the runs that they have in common.
 # What is there already is kept: delete out/studies for new times. STUDY_OPTIONS
 # goes to every study, for example STUDY_OPTIONS="--repeat 3"; ONLY names the
-# tables to make, for example ONLY="matrix precision".
+# tables to make, for example ONLY="matrix precision", and SPLITTINGS the columns of
+# Table 1.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 selvedge=${SELVEDGE:-target/release/selvedge}
@@ -51,7 +52,7 @@ dual&mixed&block-jacobi&rcm&coloured,dual&mixed&auto&rcm&coloured"
             --vary solver.tolerance=1e-3,1e-2,1e-1
         study newton "$size" "$fabric" "${tight[@]}" \
             --vary integrator.newton_tolerance=1e-7,1e-6,1e-5,1e-4,1e-3,1e-2,1e-1 \
-            --vary integrator.step_splitting=0.25,0.5,0.75
+            --vary integrator.step_splitting=${SPLITTINGS:-0.25,0.5,0.75}
     done
 done
 test -n "${NO_PAGE:-}" || "$selvedge" study --document docs/studies/accuracy-vs-time.in.md -o docs/accuracy-vs-time.md
