@@ -16,10 +16,10 @@ impl Cell {
     }
 }
 
-/// Three significant digits.
+/// Three significant digits; all of a count.
 pub(crate) fn digits(x: f64) -> String {
-    if x == 0.0 {
-        return "0".to_owned();
+    if x == x.trunc() && x.abs() < 1e6 {
+        return format!("{x}");
     }
     let magnitude = x.abs().log10().floor() as i32;
     if (-3..6).contains(&magnitude) {
@@ -52,7 +52,7 @@ mod tests {
             (1234.5, "1234"),
             (0.012345, "0.0123"),
             (1e-9, "1.00e-9"),
-            (9.0, "9.00"),
+            (9.0, "9"),
         ] {
             assert_eq!(digits(x), text);
         }

@@ -307,7 +307,7 @@ fn command(job: &Job) -> String {
         line += &format!(" --set {}", quoted(&format!("{key}={value}")));
     }
     if let Some(p) = &job.perturbation {
-        line += &format!("  # start displaced by {:e} m, seed {}", p.size_m, p.seed);
+        line += &format!("  # start displaced by {:e} m (seed {})", p.size_m, p.seed);
     }
     line
 }
