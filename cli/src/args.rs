@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+pub use crate::commands::StudyArgs;
+
 /// Cloth simulation that is accurate first and then fast.
 #[derive(Debug, Parser)]
 #[command(name = "selvedge", version, about, max_term_width = 100)]
@@ -65,6 +67,11 @@ pub enum Command {
         #[arg(long)]
         markdown: bool,
     },
+    /// Accuracy against time: many runs of a scene beside a reference.
+    Study(Box<StudyArgs>),
+    /// One run of a study, as described on standard input.
+    #[command(hide = true)]
+    StudyJob,
     /// Time components and whole steps.
     Bench(BenchArgs),
 }
@@ -217,7 +224,7 @@ pub enum Format {
     Pc2,
 }
 
-fn key_value(text: &str) -> Result<(String, String), String> {
+pub(crate) fn key_value(text: &str) -> Result<(String, String), String> {
     match text.split_once('=') {
         Some((key, value)) if !key.trim().is_empty() => {
             Ok((key.trim().to_owned(), value.trim().to_owned()))

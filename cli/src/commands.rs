@@ -5,12 +5,15 @@ mod fabric;
 mod results;
 mod run;
 mod scene;
+mod study;
 
 use std::process::ExitCode;
 
 use crate::Failure;
 use crate::args::{Cli, Command};
 use crate::signals;
+
+pub use study::StudyArgs;
 
 /// Does what the command line asks for.
 ///
@@ -33,6 +36,8 @@ pub fn dispatch(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::View { run } => results::view(run, cli.json),
         Command::Fabric { command } => fabric::fabric(command, cli.json),
         Command::Schema { markdown } => scene::schema(*markdown, cli.json),
+        Command::Study(args) => study::study(args, cli.json),
+        Command::StudyJob => study::job(),
         Command::Bench(args) => bench::bench(args, cli.json),
     }
 }

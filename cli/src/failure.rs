@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use selvedge_record::RecordError;
 use selvedge_scene::diagnostic::{Diagnostics, Severity};
 use selvedge_scene::driver::RunError;
+use selvedge_study::StudyError;
 
 use crate::output::{complain, say};
 
@@ -70,6 +71,29 @@ impl From<RunError> for Failure {
             RunError::Record(error) => error.into(),
             other => Self::Other(other.to_string()),
         }
+    }
+}
+
+impl From<StudyError> for Failure {
+    fn from(error: StudyError) -> Self {
+        use StudyError as E;
+        let help = match &error {
+            E::Scene(findings) => return Self::Input(findings.clone()),
+            E::NotAStudy { .. } => "name the folder that `selvedge study -o` wrote",
+            E::Exists { .. } => "add --resume to reuse its runs, or choose another folder with -o",
+            E::Other { .. } => "choose another folder with -o",
+            E::InUse { .. } => "wait for it, or choose another folder with -o",
+            E::Axis { .. } | E::TooMany { .. } | E::Shard { .. } | E::Template { .. } => {
+                return Self::Usage(error.to_string());
+            }
+            E::Reference { .. } => {
+                let help = "what is finished is kept: choose other settings with --reference, or \
+                            run what is missing, with --resume";
+                return Self::Other(format!("{error} ({help})"));
+            }
+            _ => return Self::Other(error.to_string()),
+        };
+        Self::Usage(format!("{error} ({help})"))
     }
 }
 

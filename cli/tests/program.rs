@@ -129,3 +129,79 @@ fn plots_of_a_run() {
         assert_eq!(figure.contains("linear iterations"), solver, "{title}");
     }
 }
+
+/// Wrong input to a study ends with status 2, says what is allowed, and
+/// writes nothing.
+#[test]
+fn study_mistakes() {
+    let folder = folder();
+    for (arguments, word) in [
+        ("sheet.toml", "nothing to vary"),
+        (
+            "sheet.toml --vary solver.tolerence=1e-3",
+            "did you mean `tolerance`",
+        ),
+        ("sheet.toml --vary solver.tolerance=", "no values"),
+        ("sheet.toml --vary solver.tolerance=1e-3..1e-1", "--sample"),
+        (
+            "sheet.toml --vary solver.tolerance=1e-3 --shard 5/4",
+            "0/4 to 3/4",
+        ),
+        (
+            "sheet.toml --vary solver.tolerance=1e-3 --reference solver.kind=x",
+            "--reference",
+        ),
+        ("--collect .", "no plan.json"),
+        ("--document none.md -o page.md", "none.md"),
+    ] {
+        let (code, errors) = output(folder.path(), "", &format!("study {arguments}"));
+        assert_eq!(code, Some(2), "{arguments}: {errors}");
+        assert!(errors.contains(word), "{arguments}: {errors}");
+        assert_eq!(
+            fs::read_dir(folder.path()).unwrap().count(),
+            1,
+            "{arguments}"
+        );
+    }
+}
+
+/// Parts of a study in processes of their own, joined: a page that needs no
+/// network, and the same results as in one process.
+#[test]
+fn study_in_parts() {
+    let folder = folder();
+    let study = "study sheet.toml --set simulation.duration=0.01 --plain-reference \
+                 --vary solver.tolerance=1e-2,0.5 --vary integrator.newton_tolerance=1e-3,1";
+    let run = |arguments: &str| {
+        let (code, errors) = output(folder.path(), "", arguments);
+        assert_eq!(code, Some(0), "{arguments}: {errors}");
+    };
+    run(&format!("{study} -o one"));
+    run(&format!("{study} -o parts --shard 1/2 --jobs 2"));
+    let (code, _) = output(folder.path(), "", "study --collect parts");
+    assert_eq!(code, Some(1), "the reference is missing");
+    run(&format!("{study} -o parts --shard 0/2"));
+    run("study --collect parts");
+    let read = |file: &str| fs::read_to_string(folder.path().join(file)).unwrap();
+    let hashes = |csv: String| -> Vec<String> {
+        let last = |line: &str| line.split(',').rev().nth(1).unwrap().to_owned();
+        csv.lines()
+            .skip(1)
+            .filter(|l| !l.contains('"'))
+            .map(last)
+            .collect()
+    };
+    assert_eq!(
+        hashes(read("one/study.csv")),
+        hashes(read("parts/study.csv"))
+    );
+    let page = read("parts/study.html");
+    assert!(page.contains("repeatability floor") && page.contains("<title>solver.tolerance = "));
+    assert!(!page.contains("http:") && !page.contains("https:") && page.contains("default-src"));
+    assert!(read("parts/study.json").contains("\"hausdorff_m\""));
+    // Again in the same folder only with --resume.
+    let (code, errors) = output(folder.path(), "", &format!("{study} -o one"));
+    assert_eq!(code, Some(2));
+    assert!(errors.contains("--resume"), "{errors}");
+    run(&format!("{study} -o one --resume"));
+}

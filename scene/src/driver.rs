@@ -121,6 +121,8 @@ pub struct RunResult {
     /// Distance of each point to the nearest body in the end, in the scene's
     /// order [m]; empty without bodies.
     pub body_distance: Vec<f64>,
+    /// Energies after the last step by term, and `kinetic` [J].
+    pub energies: Vec<(String, f64)>,
     /// The recording, where one was made.
     pub recording: Option<PathBuf>,
 }
@@ -307,6 +309,7 @@ fn run_here(
         contact_force: maps.contact_force,
         stretches: maps.stretches,
         body_distance: maps.body_distance,
+        energies: result::energies(&last, simulation.state(), simulation.plan()),
         recording,
     })
 }

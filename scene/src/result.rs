@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use selvedge_collision::{ContactResponse, Intersection, self_intersections};
 use selvedge_energy::EvalPoint;
-use selvedge_integrator::{Simulation, StepReport};
+use selvedge_integrator::{ScenePlan, Simulation, State, StepReport};
 use selvedge_record::Surface;
 use selvedge_record::export::write_obj;
 use selvedge_shell_model::strain::{edge_strain, principal_stretches};
@@ -261,6 +261,13 @@ pub(crate) fn summary(i: Inputs<'_>) -> Summary {
             .map(ToString::to_string)
             .collect(),
     }
+}
+
+/// Energies after a step by term, and the kinetic energy [J].
+pub(crate) fn energies(last: &StepReport, state: &State, plan: &ScenePlan) -> Vec<(String, f64)> {
+    let terms = last.energies.iter().map(|e| (e.name.clone(), e.value));
+    let kinetic = state.kinetic_energy(&plan.inertia.masses);
+    terms.chain([("kinetic".to_owned(), kinetic)]).collect()
 }
 
 /// BLAKE3 of the exact bits of positions and velocities.

@@ -22,7 +22,7 @@ use crate::{report, report_data, signals};
 const REPORT: &str = "report.html";
 
 /// Exit status after Ctrl-C, as shells report it: 128 and the signal's number.
-const STOPPED: u8 = 130;
+pub(super) const STOPPED: u8 = 130;
 
 /// `selvedge run`
 pub fn run(args: &RunArgs, json: bool) -> Result<ExitCode, Failure> {
@@ -300,7 +300,7 @@ fn tell(
 }
 
 /// The command that was given, for the shell, with `--resume`.
-fn command_line() -> String {
+pub(super) fn command_line() -> String {
     let quoted = std::env::args_os().map(|arg| {
         let arg = arg.to_string_lossy().into_owned();
         let plain = |c: char| c.is_alphanumeric() || "-_=./,:".contains(c);

@@ -24,6 +24,8 @@ mod raster;
 mod scalebar;
 mod shade;
 mod stats;
+mod study;
+mod study_plot;
 mod summary;
 mod tables;
 mod text;
@@ -38,4 +40,5 @@ pub use data::{
 pub use error::ReportError;
 pub use page::{MAX_BYTES, render, render_within};
 pub use picture::{MAX_SIDE, Paint, Picture, PictureStyle, Subject, picture, picture_png};
+pub use study::render_study;
 pub use text::escape;

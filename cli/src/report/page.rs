@@ -16,7 +16,7 @@ pub const MAX_BYTES: usize = 25 * 1024 * 1024;
 /// Scene text shown at most \[bytes\].
 const SCENE_BYTES: usize = 256 * 1024;
 
-const STYLE: &str = include_str!("report.css");
+pub(super) const STYLE: &str = include_str!("report.css");
 
 /// A page's part: anchor, heading, content.
 type Part = (&'static str, &'static str, String);

@@ -423,7 +423,7 @@ fn place(cloth: &Cloth, start: u32, draft: &mut Draft) {
 
 /// Small seeded generator (SplitMix64): the same displacement on every
 /// machine, without a dependency.
-struct Noise(u64);
+pub(super) struct Noise(pub(super) u64);
 
 impl Noise {
     fn uniform(&mut self) -> f64 {
@@ -435,7 +435,7 @@ impl Noise {
     }
 
     /// Sum of twelve uniform numbers: mean 0, deviation 1, bounded by 6.
-    fn normal(&mut self) -> f64 {
+    pub(super) fn normal(&mut self) -> f64 {
         (0..12).map(|_| self.uniform()).sum::<f64>() - 6.0
     }
 }

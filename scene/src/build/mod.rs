@@ -5,6 +5,7 @@ mod bodies;
 mod effects;
 mod geometry;
 mod holds;
+mod perturb;
 mod placement;
 mod rest;
 mod sewn;

@@ -1,0 +1,58 @@
+#!/usr/bin/env bash
+# Makes the results behind docs/accuracy-vs-time.md again, and the page.
+#
+#   docs/studies/run.sh [SIZE...]     sizes: nano (default), coarse, fine
+#
+# The studies of a scene share a folder, and so the runs that they have in common.
+# What is there already is kept: delete out/studies for new times. STUDY_OPTIONS
+# goes to every study, for example STUDY_OPTIONS="--repeat 3"; ONLY names the
+# tables to make, for example ONLY="matrix precision", and SPLITTINGS the columns of
+# Table 1.
+set -euo pipefail
+cd "$(dirname "$0")/../.."
+selvedge=${SELVEDGE:-target/release/selvedge}
+test -x "$selvedge" || cargo build --release
+sizes=("$@")
+test ${#sizes[@]} -gt 0 || sizes=(nano)
+only=${ONLY:-newton linear matrix precision preconditioner reorder scatter cumulative}
+
+# The settings that the paper chose, for whatever is not varied.
+chosen=(--set integrator.residual_norm=paper --set integrator.newton_tolerance=1e-3
+    --set solver.tolerance=1e-2 --set integrator.step_splitting=0.75 --set assembly.threads=1)
+# A reference that differs in tolerances alone, as the paper's does.
+tight=(--plain-reference --reference integrator.newton_tolerance=1e-7)
+
+study() { # TABLE SIZE FABRIC OPTIONS...
+    local table=$1 size=$2 fabric=$3 name=twist-$2-$3-$1 folder=out/studies/twist-$2-$3
+    shift 3
+    case " $only " in *" $table "*) ;; *) return 0 ;; esac
+    # shellcheck disable=SC2086
+    "$selvedge" study "scenes/study/twist-$size-$fabric.toml" --time cpu --resume \
+        "${chosen[@]}" "$@" ${STUDY_OPTIONS:-} -o "$folder"
+    mkdir -p "docs/studies/$name"
+    cp "$folder"/study.{csv,json} "docs/studies/$name"
+}
+
+for size in "${sizes[@]}"; do
+    for fabric in ${FABRICS:-soft stiff}; do
+        study matrix "$size" "$fabric" "${tight[@]}" --vary solver.matrix=reassembled,dual
+        study precision "$size" "$fabric" "${tight[@]}" --vary solver.precision=f64,mixed
+        study preconditioner "$size" "$fabric" "${tight[@]}" --vary \
+            solver.preconditioner=none,diagonal,block-jacobi,incomplete-cholesky,chebyshev,multigrid
+        study reorder "$size" "$fabric" "${tight[@]}" --vary assembly.reorder=none,rcm
+        study scatter "$size" "$fabric" "${tight[@]}" --set assembly.threads=2 \
+            --vary assembly.scatter=atomics,coloured
+        study cumulative "$size" "$fabric" "${tight[@]}" --vary \
+            "solver.matrix&solver.precision&solver.preconditioner&assembly.reorder&assembly.scatter=\
+reassembled&f64&none&none&atomics,dual&f64&none&none&atomics,dual&mixed&none&none&atomics,\
+dual&mixed&block-jacobi&none&atomics,dual&mixed&block-jacobi&rcm&atomics,\
+dual&mixed&block-jacobi&rcm&coloured,dual&mixed&auto&rcm&coloured"
+        study linear "$size" "$fabric" "${tight[@]}" \
+            --vary integrator.newton_tolerance=1e-5,1e-4,1e-3,1e-2,1e-1 \
+            --vary solver.tolerance=1e-3,1e-2,1e-1
+        study newton "$size" "$fabric" "${tight[@]}" \
+            --vary integrator.newton_tolerance=1e-7,1e-6,1e-5,1e-4,1e-3,1e-2,1e-1 \
+            --vary integrator.step_splitting=${SPLITTINGS:-0.25,0.5,0.75}
+    done
+done
+test -n "${NO_PAGE:-}" || "$selvedge" study --document docs/studies/accuracy-vs-time.in.md -o docs/accuracy-vs-time.md

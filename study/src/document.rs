@@ -1,0 +1,395 @@
+//! Documents whose figures come from results of studies.
+//!
+//! A template is Markdown. A fenced block marked `study` holds TOML and is
+//! replaced by a table, or by the facts of a study:
+//!
+//! ````text
+//! ```study
+//! from = { soft = "nano-soft", stiff = "nano-stiff" }  # name = folder
+//! rows = "integrator.newton_tolerance"                 # a varied key
+//! columns = "integrator.step_splitting"                # another; may be absent
+//! show = ["cpu_median_s", "mean_m | mean distance, mm | 1000"]
+//! ratio = "reassembled"   # adds this row's figures over each row's; not of distances
+//! ```
+//! ````
+//!
+//! An entry of `show` is a column of `study.csv`, then a heading and a factor.
+//! `names` and `head` replace the texts of the first column.
+//! With `columns` there is one table for each entry of `show`. A block with
+//! `facts = true` and `from` alone lists scene, reference, floor and
+//! recommendation.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::StudyError;
+use crate::markdown::{Cell, digits, markdown};
+use crate::metrics::median;
+use crate::results::{Clock, Results};
+use crate::table::Table;
+
+/// One block of a template.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Block {
+    from: BTreeMap<String, String>,
+    #[serde(default)]
+    rows: String,
+    #[serde(default)]
+    columns: Option<String>,
+    #[serde(default)]
+    show: Vec<String>,
+    #[serde(default)]
+    ratio: Option<String>,
+    #[serde(default)]
+    names: Vec<String>,
+    #[serde(default)]
+    head: Option<String>,
+    #[serde(default)]
+    facts: bool,
+}
+
+/// A study and its table.
+struct Source {
+    name: String,
+    results: Results,
+    table: Table,
+}
+
+/// A figure to show.
+struct Show {
+    column: String,
+    heading: String,
+    factor: f64,
+}
+
+const OPEN: &str = "```study";
+const CLOSE: &str = "```";
+
+/// Fills in a template; `folder` is what the folders of studies refer to, and
+/// `name` stands for the template in messages.
+///
+/// # Errors
+/// [`StudyError::Template`] with the line, [`StudyError::NotAStudy`] and
+/// [`StudyError::Read`].
+pub fn fill(template: &str, name: &str, folder: &Path) -> Result<String, StudyError> {
+    let mut out = String::with_capacity(2 * template.len());
+    let mut lines = template.lines().enumerate();
+    while let Some((number, line)) = lines.next() {
+        if line.trim_end() != OPEN {
+            out.push_str(line);
+            out.push('\n');
+            continue;
+        }
+        let fail = |reason: String| StudyError::Template {
+            place: format!("{name}:{}", number + 1),
+            reason,
+        };
+        let mut text = String::new();
+        loop {
+            match lines.next() {
+                Some((_, line)) if line.trim_end() == CLOSE => break,
+                Some((_, line)) => {
+                    text.push_str(line);
+                    text.push('\n');
+                }
+                None => return Err(fail(format!("the block is not closed by `{CLOSE}`"))),
+            }
+        }
+        let block: Block = toml::from_str(&text).map_err(|e| fail(e.message().to_owned()))?;
+        let sources = sources(&block, folder)?;
+        if sources.is_empty() {
+            return Err(fail("`from` names no study".to_owned()));
+        }
+        let html = if block.facts {
+            facts(&sources)
+        } else {
+            tables(&block, &sources).map_err(fail)?
+        };
+        out.push_str(&html);
+    }
+    Ok(out)
+}
+
+fn sources(block: &Block, folder: &Path) -> Result<Vec<Source>, StudyError> {
+    let mut sources = Vec::new();
+    for (name, study) in &block.from {
+        let path = folder.join(study).join("study.json");
+        let fail = |reason: String| StudyError::NotAStudy {
+            path: folder.join(study),
+            reason,
+        };
+        let text = std::fs::read_to_string(&path).map_err(|e| fail(format!("study.json: {e}")))?;
+        let results: Results =
+            serde_json::from_str(&text).map_err(|e| fail(format!("study.json: {e}")))?;
+        let rows = results.rows.len();
+        let best = results.recommended.as_ref().map(|b| b.row);
+        if best
+            .into_iter()
+            .chain(results.front.iter().copied())
+            .any(|i| i >= rows)
+        {
+            return Err(fail("study.json contradicts itself".to_owned()));
+        }
+        let table = Table::of(&results);
+        let name = name.clone();
+        sources.push(Source {
+            name,
+            results,
+            table,
+        });
+    }
+    Ok(sources)
+}
+
+/// Values of a varied key in the order of the points.
+fn values(source: &Source, key: &str) -> Result<Vec<String>, String> {
+    let keys = &source.results.keys;
+    let i = keys.iter().position(|k| k == key).ok_or_else(|| {
+        let list = keys.join("`, `");
+        format!(
+            "`{}` does not vary `{key}`; it varies `{list}`",
+            source.name
+        )
+    })?;
+    let mut values: Vec<String> = Vec::new();
+    for row in &source.results.rows {
+        if let Some(v) = row.settings.get(i)
+            && !values.contains(v)
+        {
+            values.push(v.clone());
+        }
+    }
+    Ok(values)
+}
+
+fn show(text: &str) -> Result<Show, String> {
+    let mut parts = text.split('|').map(str::trim);
+    let column = parts.next().unwrap_or_default().to_owned();
+    let heading = parts.next().unwrap_or(&column).to_owned();
+    let factor = match parts.next() {
+        Some(factor) => factor
+            .parse()
+            .map_err(|_| format!("`{factor}` is not a number"))?,
+        None => 1.0,
+    };
+    Ok(Show {
+        column,
+        heading,
+        factor,
+    })
+}
+
+/// The figure of the point with these settings: the median, should there be
+/// several. Failed runs say so.
+fn figure(source: &Source, settings: &[(&str, &str)], show: &Show) -> Result<Cell, String> {
+    let t = &source.table;
+    if !t.columns.contains(&show.column) {
+        let list = t.columns.join("`, `");
+        return Err(format!("no column `{}`; there are `{list}`", show.column));
+    }
+    let mut found = Vec::new();
+    for row in 0..t.rows.len() {
+        let fits = |(k, v): &(&str, &str)| t.get(row, k) == Some(v);
+        if t.get(row, "role") != Some("point") || !settings.iter().all(fits) {
+            continue;
+        }
+        if t.get(row, "status") == Some("failed") {
+            return Ok(Cell::Text("failed".to_owned()));
+        }
+        let text = t.get(row, &show.column).unwrap_or_default();
+        match text.parse::<f64>() {
+            Ok(x) => found.push(show.factor * x),
+            Err(_) => return Ok(Cell::Text(text.to_owned())),
+        }
+    }
+    Ok(median(&found).map_or(Cell::Text("–".to_owned()), Cell::Number))
+}
+
+fn short(key: &str) -> &str {
+    key.rsplit('.').next().unwrap_or(key)
+}
+
+fn tables(block: &Block, sources: &[Source]) -> Result<String, String> {
+    let first = sources.first().ok_or("no study")?;
+    let shows: Vec<Show> = block
+        .show
+        .iter()
+        .map(|s| show(s))
+        .collect::<Result<_, _>>()?;
+    if shows.is_empty() {
+        return Err("`show` names no column".to_owned());
+    }
+    let rows = values(first, &block.rows)?;
+    if let Some(baseline) = &block.ratio
+        && !rows.contains(baseline)
+    {
+        return Err(format!(
+            "no row `{baseline}`; there are `{}`",
+            rows.join("`, `")
+        ));
+    }
+    if !block.names.is_empty() && block.names.len() != rows.len() {
+        let (names, rows) = (block.names.len(), rows.len());
+        return Err(format!("`names` has {names} entries for {rows} rows"));
+    }
+    match &block.columns {
+        Some(columns) => wide(block, sources, &shows, &rows, columns),
+        None => long(block, sources, &shows, &rows),
+    }
+}
+
+fn first_column(block: &Block, rows: &[String]) -> Vec<Vec<String>> {
+    let names = if block.names.is_empty() {
+        rows
+    } else {
+        &block.names
+    };
+    names.iter().map(|r| vec![r.clone()]).collect()
+}
+
+/// A table for each figure, with the values of a second key as columns.
+fn wide(
+    block: &Block,
+    sources: &[Source],
+    shows: &[Show],
+    rows: &[String],
+    columns: &str,
+) -> Result<String, String> {
+    let mut out = String::new();
+    for show in shows {
+        let head = block.head.as_deref().unwrap_or(short(&block.rows));
+        let mut heads = vec![format!("{head} \\ {}", short(columns))];
+        let mut lines = first_column(block, rows);
+        for source in sources {
+            for column in values(source, columns)? {
+                heads.push(format!("{} {column}", source.name));
+                for (line, row) in lines.iter_mut().zip(rows) {
+                    let settings = [(block.rows.as_str(), row.as_str()), (columns, &column)];
+                    line.push(figure(source, &settings, show)?.text());
+                }
+            }
+        }
+        let _ = write!(out, "{}:\n\n{}\n", show.heading, markdown(&heads, &lines));
+    }
+    out.pop();
+    Ok(out)
+}
+
+/// One table with all figures as columns.
+fn long(
+    block: &Block,
+    sources: &[Source],
+    shows: &[Show],
+    rows: &[String],
+) -> Result<String, String> {
+    let mut heads = vec![
+        block
+            .head
+            .as_deref()
+            .unwrap_or(short(&block.rows))
+            .to_owned(),
+    ];
+    let mut lines = first_column(block, rows);
+    for source in sources {
+        let prefix = match sources.len() {
+            1 => String::new(),
+            _ => format!("{}: ", source.name),
+        };
+        for show in shows {
+            let of = |row: &String| figure(source, &[(block.rows.as_str(), row.as_str())], show);
+            // How often a distance fits into another says nothing.
+            let ratio = block
+                .ratio
+                .as_ref()
+                .filter(|_| !show.column.ends_with("_m"));
+            let baseline = ratio.map(of).transpose()?;
+            heads.push(format!("{prefix}{}", show.heading));
+            if ratio.is_some() {
+                heads.push("ratio".to_owned());
+            }
+            for (line, row) in lines.iter_mut().zip(rows) {
+                let cell = of(row)?;
+                line.push(cell.text());
+                match (&baseline, &cell) {
+                    (None, _) => {}
+                    (Some(Cell::Number(b)), Cell::Number(x)) if *x != 0.0 => {
+                        line.push(digits(b / x));
+                    }
+                    _ => line.push("–".to_owned()),
+                }
+            }
+        }
+    }
+    Ok(markdown(&heads, &lines))
+}
+
+fn facts(sources: &[Source]) -> String {
+    let mut out = String::new();
+    let list = |settings: &[(String, String)]| {
+        let each = settings.iter().map(|(k, v)| format!("`{k}={v}`"));
+        each.collect::<Vec<_>>().join(", ")
+    };
+    for s in sources {
+        let r = &s.results;
+        let points = r.reference.figures.as_ref().map_or(0, |f| f.points);
+        let failed = r.rows.iter().filter(|row| row.status == "failed").count();
+        let cpu = r.reference.seconds(Clock::Cpu).unwrap_or(0.0);
+        let _ = write!(
+            out,
+            "- **{}**: `{}`, {points} points, {} runs, {failed} failed. Reference: {}; \
+             {} processor seconds.",
+            s.name,
+            r.scene,
+            r.rows.len(),
+            list(&r.reference_settings),
+            digits(cpu)
+        );
+        if !r.set.is_empty() {
+            let _ = write!(out, " All runs: {}.", list(&r.set));
+        }
+        match r.floor {
+            Some(f) => {
+                let _ = write!(
+                    out,
+                    " Floor: mean {} mm, Hausdorff {} mm.",
+                    digits(1e3 * f.mean_m),
+                    digits(1e3 * f.hausdorff_m)
+                );
+            }
+            None => out.push_str(" Floor: not measured."),
+        }
+        if let Some(best) = &r.recommended {
+            let keys = r.keys.iter().cloned();
+            let settings: Vec<(String, String)> = keys
+                .zip(r.rows[best.row].settings.iter().cloned())
+                .collect();
+            let _ = write!(out, " Recommended: {}: {}.", list(&settings), best.reason);
+        }
+        out.push('\n');
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Text passes through; blocks that cannot be filled are named by line.
+    #[test]
+    fn mistakes_are_placed() {
+        let fill = |t: &str| fill(t, "t.md", Path::new("/nowhere"));
+        assert_eq!(
+            fill("# A\n\n```sh\nx\n```\n").unwrap(),
+            "# A\n\n```sh\nx\n```\n"
+        );
+        let message = |t: &str| fill(t).unwrap_err().to_string();
+        assert!(message("a\n```study\nx").starts_with("t.md:2: "));
+        assert!(message("```study\nfrom = 3\n```\n").starts_with("t.md:1: "));
+        assert!(message("```study\nfrom = {}\n```\n").contains("no study"));
+        assert!(message("```study\nfrom = { a = \"b\" }\n```\n").contains("/nowhere/b"));
+    }
+}
