@@ -2,6 +2,7 @@
 
 mod bench;
 mod fabric;
+mod hard;
 mod results;
 mod run;
 mod scene;
@@ -33,6 +34,7 @@ pub fn dispatch(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::View { run } => results::view(run, cli.json),
         Command::Fabric { command } => fabric::fabric(command, cli.json),
         Command::Schema { markdown } => scene::schema(*markdown, cli.json),
+        Command::Hard(args) => hard::hard(args, cli.json),
         Command::Bench(args) => bench::bench(args, cli.json),
     }
 }

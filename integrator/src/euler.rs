@@ -34,6 +34,8 @@ pub struct BackwardEuler {
     b: Vec<f64>,
     b_try: Vec<f64>,
     energies: Vec<f64>,
+    contact_energy: f64,
+    forced: Option<CurvaturePolicy>,
 }
 
 /// How one Newton iteration ended.
@@ -58,6 +60,8 @@ impl BackwardEuler {
             b: Vec::new(),
             b_try: Vec::new(),
             energies: Vec::new(),
+            contact_energy: 0.0,
+            forced: None,
         })
     }
 
@@ -109,7 +113,7 @@ impl BackwardEuler {
         report: &mut StepReport,
         ledger: &mut Ledger,
     ) -> Result<Iteration, StepError> {
-        let policy = self.settings.curvature;
+        let policy = self.forced.unwrap_or(self.settings.curvature);
         let mut curvature = match policy {
             CurvaturePolicy::Projected => Curvature::Projected,
             _ => Curvature::Exact,
@@ -164,8 +168,9 @@ impl BackwardEuler {
         extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
         let at = end_point(state, &self.q, request.dt);
         inertial_impulse(plan, state, &self.v, None, request.dt, &mut self.b);
-        self.contacts
-            .add_impulse(&mut plan.contacts, &at, true, &mut self.b, ledger)?;
+        self.contact_energy =
+            self.contacts
+                .add_impulse(&mut plan.contacts, &at, true, &mut self.b, ledger)?;
         let evaluation = Evaluation {
             terms: &plan.terms,
             at,
@@ -216,8 +221,13 @@ impl BackwardEuler {
             extrapolate(&state.q, &self.v, along, request.dt, &mut self.q);
             let at = end_point(state, &self.q, request.dt);
             inertial_impulse(plan, state, &self.v, along, request.dt, &mut self.b_try);
-            self.contacts
-                .add_impulse(&mut plan.contacts, &at, false, &mut self.b_try, ledger)?;
+            self.contact_energy = self.contacts.add_impulse(
+                &mut plan.contacts,
+                &at,
+                false,
+                &mut self.b_try,
+                ledger,
+            )?;
             let evaluation = Evaluation {
                 terms: &plan.terms,
                 at,
@@ -342,6 +352,7 @@ impl Integrator for BackwardEuler {
             energies: energies
                 .map(|(name, &value)| TermEnergy { name, value })
                 .collect(),
+            contact_energy: self.contact_energy,
             contacts: plan.contacts.iter().map(|c| c.active()).sum(),
             candidates: plan.contacts.iter().map(|c| c.candidates()).sum(),
             max_penetration: plan
@@ -351,6 +362,10 @@ impl Integrator for BackwardEuler {
                 .fold(0.0, f64::max),
             ..report
         })
+    }
+
+    fn force_curvature(&mut self, policy: Option<CurvaturePolicy>) {
+        self.forced = policy;
     }
 
     fn heap_bytes(&self) -> usize {
