@@ -188,6 +188,9 @@ pub struct HardArgs {
     /// Write the results as a page of text.
     #[arg(long, value_name = "FILE")]
     pub document: Option<PathBuf>,
+    /// Cases that run at the same time.
+    #[arg(long, default_value_t = 1)]
+    pub jobs: usize,
     /// Wall time that one simulation of a case may take [s].
     #[arg(long, default_value_t = 120.0)]
     pub budget: f64,

@@ -253,7 +253,9 @@ impl BackwardEuler {
     }
 
     /// Residual that cancellation alone can leave: `16 ε (‖M v_0‖ + ‖M v‖ +
-    /// ‖h |F|‖)` with `|F|` the sum of absolute contributions of each point.
+    /// ‖h |F|‖)` with `|F|` the sum of absolute contributions of each point,
+    /// and what the forces change by when every coordinate is rounded once:
+    /// in cloth that is hardly strained that is far more than `ε |F|`.
     fn round_off(&mut self, plan: &mut ScenePlan, state: &State, request: StepRequest) -> f64 {
         extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
         let at = end_point(state, &self.q, request.dt);
@@ -263,16 +265,27 @@ impl BackwardEuler {
             let gravity = request.dt * plan.inertia.gravity[i % 3].abs();
             *s = m * (state.v[i].abs() + self.v[i].abs() + gravity);
         }
-        let mut g = Vec::new();
+        let mut rounded = self.q.clone();
+        for (i, x) in rounded.iter_mut().enumerate() {
+            // Signs that no motion has.
+            let sign = if (i * i + i / 3) % 7 < 3 { 1.0 } else { -1.0 };
+            *x *= 1.0 + sign * f64::EPSILON;
+        }
+        let moved = end_point(state, &rounded, request.dt);
+        let (mut g, mut h) = (Vec::new(), Vec::new());
         for term in &plan.terms {
             let batch = term.batch.as_ref();
             let factor = request.dt * if term.relaxed { request.stiffness } else { 1.0 };
             g.resize(batch.local_dim(), 0.0);
+            h.resize(batch.local_dim(), 0.0);
             for e in 0..batch.len() {
                 batch.gradients(&at, e..e + 1, &mut g);
-                for (&n, g) in batch.nodes(e).iter().zip(g.as_chunks::<3>().0) {
+                batch.gradients(&moved, e..e + 1, &mut h);
+                let pairs = g.as_chunks::<3>().0.iter().zip(h.as_chunks::<3>().0);
+                for (&n, (g, h)) in batch.nodes(e).iter().zip(pairs) {
                     for i in 0..3 {
-                        sum[3 * n as usize + i] += factor * g[i].abs();
+                        let noise = (g[i] - h[i]).abs() / f64::EPSILON;
+                        sum[3 * n as usize + i] += factor * (g[i].abs() + noise);
                     }
                 }
             }

@@ -1,6 +1,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc;
 
 use selvedge_hard::{Case, Expected, HardError, Pace, Report, Status, cases, find, modes};
 use selvedge_scene::write_whole;
@@ -31,27 +33,23 @@ pub fn hard(args: &HardArgs, json: bool) -> Result<ExitCode, Failure> {
     if !json {
         say!("{:>3} {:<26} {:<8} {:>7}  figures", "no.", "case", "", "s")?;
     }
+    let mut jobs: Vec<Job> = Vec::new();
     for case in &chosen {
         let skip = case.pace == Pace::Slow && !slow;
-        let mut one = |mode: &'static str, set: Vec<(String, String)>| -> Result<(), Failure> {
-            let report = if skip {
-                Report::skipped(case, "slow: run it by name, or with --slow")
-            } else {
-                selvedge_hard::run(case, &set, args.budget)
-            };
-            failed |= report.status == Status::Fail;
-            tell(&report, mode, json)?;
-            results.entry(mode).or_default().push(report);
-            Ok(())
-        };
-        one("", args.set.clone())?;
+        jobs.push((case, "", (!skip).then(|| args.set.clone())));
         let all = args.matrix && !skip;
         for mode in modes(case.axes).filter(|_| all) {
             let mut set = args.set.clone();
             set.extend(mode.overrides());
-            one(mode.name, set)?;
+            jobs.push((case, mode.name, Some(set)));
         }
     }
+    in_order(args.jobs, &jobs, args.budget, |mode, report| {
+        failed |= report.status == Status::Fail;
+        tell(&report, mode, json)?;
+        results.entry(mode).or_default().push(report);
+        Ok(())
+    })?;
     let every = || results.values().flatten();
     let count = |s: Status| every().filter(|r| r.status == s).count();
     if !json {
@@ -71,6 +69,55 @@ pub fn hard(args: &HardArgs, json: bool) -> Result<ExitCode, Failure> {
         write_whole(path, page.as_bytes())?;
     }
     Ok(ExitCode::from(u8::from(failed)))
+}
+
+/// A case, the name of a mode, and the changed keys; `None` skips it.
+type Job = (&'static Case, &'static str, Option<Vec<(String, String)>>);
+
+/// Runs all jobs on `threads` threads and hands over the reports in order.
+fn in_order(
+    threads: usize,
+    jobs: &[Job],
+    budget: f64,
+    mut take: impl FnMut(&'static str, Report) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let next = AtomicUsize::new(0);
+    let (send, receive) = mpsc::channel();
+    std::thread::scope(|scope| {
+        for _ in 0..threads.clamp(1, jobs.len().max(1)) {
+            let (send, next) = (send.clone(), &next);
+            scope.spawn(move || {
+                loop {
+                    let k = next.fetch_add(1, Ordering::Relaxed);
+                    let Some((case, _, set)) = jobs.get(k) else {
+                        break;
+                    };
+                    let report = match set {
+                        Some(set) => selvedge_hard::run(case, set, budget),
+                        None => Report::skipped(case, "slow: run it by name, or with --slow"),
+                    };
+                    if send.send((k, report)).is_err() {
+                        break;
+                    }
+                }
+            });
+        }
+        drop(send);
+        let mut waiting = BTreeMap::new();
+        let mut due = 0;
+        for (k, report) in receive {
+            waiting.insert(k, report);
+            while let Some(report) = waiting.remove(&due) {
+                if let Err(e) = take(jobs[due].1, report) {
+                    // Nobody listens any more: take no further case.
+                    next.store(jobs.len(), Ordering::Relaxed);
+                    return Err(e);
+                }
+                due += 1;
+            }
+        }
+        Ok(())
+    })
 }
 
 /// The reports as a list; those of a mode say which.

@@ -4,7 +4,7 @@ use selvedge_collision::ContactResponse;
 use selvedge_energy::EvalPoint;
 
 use super::scenes::{BALL, BARE, DAMPED, GENTLE, SHEET, scene};
-use crate::case::{Case, Expected, Figures, Pace, TOUCHES, below, equal};
+use crate::case::{Case, Expected, Figures, Pace, TOUCHES, below, equal, told};
 use crate::sim::distance;
 use crate::{Bench, HardError, Sim};
 
@@ -31,6 +31,7 @@ pub static CASES: [Case; 4] = [
         bounds: &[
             equal("finite", "1", 1.0),
             below("largest jump over μ N", "1", 0.2),
+            told("friction over μ N", "1"),
         ],
         pace: Pace::Quick,
         axes: TOUCHES,
@@ -120,7 +121,7 @@ fn handoff(b: &Bench) -> Result<Figures, HardError> {
          0.03]\nedge_length = 0.007\ncenter = [-0.05, 0.0005, 0.001]\nlayer = 1\nfabric = \
          \"f\"\n[[pin]]\ncloth = \"under\"\nselect = { box = { min = [-1, -1, -1], max = [1, 1, 1] \
          } }\n[[pin]]\ncloth = \"over\"\nselect = { box = { min = [-1, -1, -1], max = [1, 1, 1] } \
-         }\nmotion = [{ time = 0.5, translation = [0.05, 0, 0] }]\n",
+         }\nmotion = [{ time = 0 }, { time = 0.5, translation = [0.05, 0, 0] }]\n",
     ]);
     let set = [("simulation.duration", "0.5"), ("contact.friction", "0.3")];
     let mut sim = b.sim(&text, &set)?;
@@ -167,7 +168,11 @@ fn handoff(b: &Bench) -> Result<Figures, HardError> {
         q_start = state.q;
     }
     let finite = if last.is_some() { sim.finite() } else { 0.0 };
-    Ok(vec![("finite", finite), ("largest jump over μ N", jump)])
+    Ok(vec![
+        ("finite", finite),
+        ("largest jump over μ N", jump),
+        ("friction over μ N", last.unwrap_or(f64::NAN)),
+    ])
 }
 
 fn long_rest(b: &Bench) -> Result<Figures, HardError> {

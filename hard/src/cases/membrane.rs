@@ -45,12 +45,15 @@ pub static CASES: [Case; 9] = [
         naive: "condition numbers explode, the step goes to zero",
         bounds: &[
             at_least("least step", "1", 1.0 / 64.0),
-            at_most("linear iterations", "1", 500.0),
+            below("linear iterations", "1", 500.0),
             below("distance to the clean mesh", "m", 5e-3),
         ],
         pace: Pace::Quick,
         axes: SOLVES,
-        expected: Expected::Passes,
+        expected: Expected::Fails(
+            "block-jacobi alone meets its limit of 500 iterations at an aspect of 1e3, and the \
+             drape in motion is half a millimetre too far off",
+        ),
         run: slivers,
     },
     Case {
@@ -370,7 +373,7 @@ fn limit(b: &Bench) -> Result<Figures, HardError> {
         DAMPED,
         SHEET,
         "[[pin]]\nselect = { edge = \"left\" }\n[[pin]]\nselect = { edge = \"right\" }\nmotion = \
-         [{ time = 0.2, translation = [0.40002, 0, 0] }]\n",
+         [{ time = 0 }, { time = 0.2, translation = [0.40002, 0, 0] }]\n",
     ]);
     let mut sim = b.sim(&text, &[("simulation.duration", "0.3")])?;
     sim.run()?;

@@ -103,7 +103,7 @@ pub static CASES: [Case; 9] = [
     Case {
         number: 56,
         name: "duplicated-layer",
-        setup: "two sheets in the same place fall together on the floor, 0.3 s",
+        setup: "two sheets in the same place fall together on the floor, 0.15 s",
         naive: "no side to push to: they stay one, or fly apart",
         bounds: &[
             equal("finite", "1", 1.0),
@@ -245,7 +245,7 @@ fn jump(b: &Bench) -> Result<Figures, HardError> {
 
 fn duplicated(b: &Bench) -> Result<Figures, HardError> {
     let text = scene(&[GENTLE, DAMPED, SHEET, SHEET, FLOOR]);
-    let mut sim = b.sim(&text, &[("simulation.duration", "0.3")])?;
+    let mut sim = b.sim(&text, &[("simulation.duration", "0.15")])?;
     sim.run()?;
     let mut figures = sim.usual();
     figures.push(("crossings", sim.crossings()));

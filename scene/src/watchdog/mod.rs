@@ -15,6 +15,8 @@
 mod dump;
 mod finding;
 mod meter;
+#[cfg(test)]
+mod tests;
 
 use std::path::Path;
 use std::time::{Duration, Instant};
