@@ -14,7 +14,7 @@ use crate::output::say;
 /// `selvedge hard`
 pub fn hard(args: &HardArgs, json: bool) -> Result<ExitCode, Failure> {
     let chosen = choose(args)?;
-    if !(args.budget > 0.0) {
+    if args.budget.is_nan() || args.budget <= 0.0 {
         return Err(Failure::Usage(format!(
             "--budget is {} s; it has to be greater than 0",
             args.budget

@@ -4,12 +4,12 @@ use selvedge_integrator::{ControlSettings, StepControl, StepError};
 
 use super::scenes::{BALL, BARE, DAMPED, GENTLE, SHEET, SOFT, STIFF, scene};
 use crate::case::{
-    ALONE, Case, Expected, Figures, Pace, SOLVES, TOUCHES, at_least, at_most, below, equal, told,
+    ALONE, Case, Expected, Figures, Pace, SOLVES, at_least, at_most, below, equal, told,
 };
 use crate::sim::{Sim, cross, distance, norm, sub};
 use crate::{Bench, HardError};
 
-pub static CASES: [Case; 10] = [
+pub static CASES: [Case; 8] = [
     Case {
         number: 1,
         name: "free-fall",
@@ -99,28 +99,6 @@ pub static CASES: [Case; 10] = [
         axes: ALONE,
         expected: Expected::NotYet("welding while a run goes on"),
         run: crate::case::nothing,
-    },
-    Case {
-        number: 40,
-        name: "threads",
-        setup: "two layers falling on a ball with friction on 1, 2 and 8 threads",
-        naive: "sums in the order in which threads finish",
-        bounds: &[equal("numbers that differ", "1", 0.0)],
-        pace: Pace::Quick,
-        axes: TOUCHES,
-        expected: Expected::Passes,
-        run: threads,
-    },
-    Case {
-        number: 41,
-        name: "restart",
-        setup: "a drape with friction, saved, put into a new simulation and gone on with",
-        naive: "hidden state: anchors, fold angles, step size",
-        bounds: &[equal("numbers that differ", "1", 0.0)],
-        pace: Pace::Quick,
-        axes: TOUCHES,
-        expected: Expected::Passes,
-        run: restart,
     },
     Case {
         number: 46,
@@ -349,55 +327,6 @@ fn negative_curvature(b: &Bench) -> Result<Figures, HardError> {
         ("steps, default", found[1].1 as f64),
         ("finite", found[0].2 * found[1].2),
     ])
-}
-
-const TWO: &str = r#"
-[simulation]
-duration = 0.06
-[[cloth]]
-kind = "sheet"
-size = [0.2, 0.2]
-points = [14, 14]
-fabric = "f"
-[[cloth]]
-kind = "sheet"
-size = [0.2, 0.2]
-points = [14, 14]
-center = [0.003, 0.0009, 0.002]
-layer = 1
-fabric = "f"
-"#;
-
-fn threads(b: &Bench) -> Result<Figures, HardError> {
-    let text = scene(&[BARE, DAMPED, TWO, BALL]);
-    let mut all = Vec::new();
-    for threads in [1, 2, 8] {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-        let pool = pool.map_err(std::io::Error::other)?;
-        all.push(pool.install(|| -> Result<Vec<u64>, HardError> {
-            let mut sim = b.sim(&text, &[("assembly.chunk", "16")])?;
-            sim.run()?;
-            Ok(sim.bits())
-        })?);
-    }
-    let differ = |a: &[u64], b: &[u64]| a.iter().zip(b).filter(|(a, b)| a != b).count();
-    let count = differ(&all[0], &all[1]) + differ(&all[0], &all[2]);
-    Ok(vec![("numbers that differ", count as f64)])
-}
-
-fn restart(b: &Bench) -> Result<Figures, HardError> {
-    let text = scene(&[BARE, DAMPED, TWO, BALL]);
-    let mut whole = b.sim(&text, &[])?;
-    whole.run()?;
-    let mut first = b.sim(&text, &[])?;
-    first.until(0.031)?;
-    let snapshot = first.s.snapshot();
-    let mut second = b.sim(&text, &[])?;
-    second.s.restore(&snapshot)?;
-    second.run()?;
-    let (a, b) = (whole.bits(), second.bits());
-    let count = a.iter().zip(&b).filter(|(a, b)| a != b).count();
-    Ok(vec![("numbers that differ", count as f64)])
 }
 
 fn storm(_: &Bench) -> Result<Figures, HardError> {

@@ -6,11 +6,14 @@ mod extremes;
 mod friction;
 mod input;
 mod integrator;
+mod invariance;
 mod linear;
 mod membrane;
 mod program;
+mod repeat;
 mod scenes;
 mod starts;
+mod twist;
 
 use std::sync::OnceLock;
 
@@ -20,7 +23,7 @@ use crate::Case;
 pub fn all() -> &'static [&'static Case] {
     static ALL: OnceLock<Vec<&'static Case>> = OnceLock::new();
     ALL.get_or_init(|| {
-        let themes: [&'static [Case]; 10] = [
+        let themes: [&'static [Case]; 13] = [
             &integrator::CASES,
             &membrane::CASES,
             &bending::CASES,
@@ -31,6 +34,9 @@ pub fn all() -> &'static [&'static Case] {
             &starts::CASES,
             &extremes::CASES,
             &program::CASES,
+            &repeat::CASES,
+            &invariance::CASES,
+            &twist::CASES,
         ];
         let mut all: Vec<&'static Case> = themes.into_iter().flatten().collect();
         all.sort_by_key(|c| c.number);

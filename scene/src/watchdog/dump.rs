@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 use selvedge_integrator::{Outcome, Simulation, SimulationError, Snapshot, State};
 use serde::{Deserialize, Serialize};
 
-use super::{EnergyMeter, Event, Ladder};
+use super::{EnergyMeter, Event, Ladder, Scope};
 use crate::build::{Built, BuiltScene};
 use crate::diagnostic::Diagnostics;
 use crate::driver::chain;
@@ -107,28 +107,26 @@ fn unhex(text: &str) -> Option<Vec<f64>> {
 
 impl Dump {
     pub(super) fn new(
-        built: &BuiltScene,
+        scope: &Scope<'_>,
         snapshot: &Snapshot,
-        start: &[f64],
         event: Event,
-        dt: f64,
         rung: u8,
-        version: &str,
         energy_before: Option<f64>,
     ) -> Self {
+        let built = scope.built;
         let mut scene = built.parsed.source.clone();
         // It can be replayed from any folder.
         scene.path = std::path::absolute(&scene.path).unwrap_or(scene.path);
         let sections = snapshot.sections.iter();
         Self {
             format: FORMAT.to_owned(),
-            version: version.to_owned(),
+            version: scope.version.to_owned(),
+            dt: event.dt_s,
             event,
-            dt,
             rung,
             scene,
             settings: built.scene().effective(),
-            start: hex(start),
+            start: hex(scope.start),
             energy_before,
             sections: sections.map(|(n, v)| (n.clone(), hex(v))).collect(),
         }

@@ -68,6 +68,9 @@ pub(super) struct Place {
     pub at: Option<[f64; 3]>,
 }
 
+/// Name of a term or contact, and the points that it pulls on together.
+type Puller = (String, Vec<u32>);
+
 /// Point in the scene's order.
 fn scene_point(built: &BuiltScene, p: usize) -> u32 {
     let old = &built.geometry.order.old_of_new;
@@ -119,7 +122,7 @@ pub(super) fn hardest_pulled(built: &BuiltScene, simulation: &mut Simulation) ->
     let points = state.layout.points;
     let mut force = vec![[0.0; 3]; points];
     // Largest single pull on each point and who pulls.
-    let mut pulls: Vec<(f64, Option<(String, Vec<u32>)>)> = vec![(0.0, None); points];
+    let mut pulls: Vec<(f64, Option<Puller>)> = vec![(0.0, None); points];
     let mut pull = |p: u32, f: [f64; 3], name: &str, nodes: &[u32]| {
         let p = p as usize;
         for i in 0..3 {

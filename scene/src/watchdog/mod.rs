@@ -14,6 +14,7 @@
 
 mod dump;
 mod finding;
+mod ladder;
 mod meter;
 #[cfg(test)]
 mod tests;
@@ -22,9 +23,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use selvedge_collision::Body;
-use selvedge_integrator::{
-    CurvaturePolicy, Simulation, SimulationError, Snapshot, StepError, StepReport,
-};
+use selvedge_integrator::{Simulation, SimulationError, Snapshot, StepError, StepReport};
 
 use crate::build::BuiltScene;
 use crate::driver::chain;
@@ -35,37 +34,13 @@ use finding::{Place, hardest_pulled, place};
 
 pub use dump::{DUMP, Dump, Replay, ReplayError};
 pub use finding::{Answer, Event, Trouble};
+pub use ladder::Ladder;
 pub use meter::EnergyMeter;
 
 /// Rung on which steps are cut; below it only the solver changes.
 const CUT: u8 = 3;
 /// Highest rung: the step cut to 4⁻⁴ of itself.
 const TOP: u8 = 6;
-
-/// What each rung of the ladder changes.
-#[derive(Clone, Copy, Debug)]
-pub struct Ladder {
-    tolerance: f64,
-}
-
-impl Ladder {
-    /// The ladder of a scene.
-    pub fn of(scene: &SceneFile) -> Self {
-        Self {
-            tolerance: scene.solver.tolerance,
-        }
-    }
-
-    /// Puts a simulation on a rung; 0 is the scene's own settings.
-    pub fn apply(&self, simulation: &mut Simulation, rung: u8) {
-        let tolerance = match rung {
-            0 => self.tolerance,
-            _ => (1e-3 * self.tolerance).max(1e-10).min(self.tolerance),
-        };
-        simulation.plan_mut().system.set_tolerance(tolerance);
-        simulation.force_curvature((rung >= 2).then_some(CurvaturePolicy::Projected));
-    }
-}
 
 /// Where a run is, for the dump.
 pub(crate) struct Scope<'a> {
@@ -281,7 +256,7 @@ impl Watchdog {
                 self.note(simulation, Trouble::NotFinite, what, dt, place, answer);
             }
         }
-        if self.refused % self.settings.rejections == 0 {
+        if self.refused.is_multiple_of(self.settings.rejections) {
             let what = format!(
                 "{} steps in a row were refused, the last because {}",
                 self.refused,
@@ -395,13 +370,10 @@ impl Watchdog {
         let path = scope.directory.join(DUMP);
         event.dump = Some(path.display().to_string());
         let dump = Dump::new(
-            scope.built,
+            scope,
             &simulation.snapshot(),
-            scope.start,
             event.clone(),
-            dt,
             self.rung,
-            scope.version,
             self.energy_before,
         );
         let text = serde_json::to_string_pretty(&dump).unwrap_or_default();
