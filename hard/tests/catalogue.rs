@@ -14,7 +14,7 @@ fn surprises(chosen: &[&'static Case]) -> Vec<String> {
         for _ in 0..2 {
             scope.spawn(|| {
                 while let Some(case) = chosen.get(next.fetch_add(1, Ordering::Relaxed)) {
-                    let report = run(case, &[], 300.0);
+                    let report = run(case, &[], 1200.0);
                     println!("{:?} {:.2} s {}", report.status, report.seconds, case.name);
                     if report.status != recorded(case) {
                         wrong.lock().expect("a lock").push(told(&report));
