@@ -162,7 +162,7 @@ fn hard_cases_and_stopped_steps() {
     assert_eq!(run(&format!("run out/stopped-step.json {cure}")).0, Some(0));
     let (code, said) = run("run out/stopped-step.json --set solver.kid=cg");
     assert_eq!(code, Some(2));
-    assert!(said.contains("solver.kind"), "{said}");
+    assert!(said.contains("`kind`"), "{said}");
     let text = fs::read_to_string(&dump).unwrap();
     fs::write(&dump, &text[..text.len() - 40]).unwrap();
     assert_eq!(run("run out/stopped-step.json").0, Some(2));
