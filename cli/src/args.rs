@@ -1,5 +1,6 @@
 //! The command line.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -74,6 +75,8 @@ pub enum Command {
     StudyJob,
     /// Time components and whole steps.
     Bench(BenchArgs),
+    /// Run the catalogue of hard cases.
+    Hard(HardArgs),
 }
 
 /// A scene file and changes to it.
@@ -209,6 +212,42 @@ pub struct BenchArgs {
     pub steps: usize,
 }
 
+/// Hard cases to run.
+#[derive(Clone, Debug, Args)]
+pub struct HardArgs {
+    /// Names or numbers; the quick cases by default.
+    pub cases: Vec<String>,
+    /// List the cases with set-up and acceptance, without running them.
+    #[arg(long)]
+    pub list: bool,
+    /// Run every case, the slow ones included.
+    #[arg(long, conflicts_with = "cases")]
+    pub all: bool,
+    /// Run the slow cases too.
+    #[arg(long)]
+    pub slow: bool,
+    /// Also run each case with every solver, preconditioner, precision,
+    /// storage and broad phase it depends on.
+    #[arg(long)]
+    pub matrix: bool,
+    /// Write the reports to a file, also as `--json FILE`: a list of case,
+    /// status, figures, seconds. `--json` without a file prints them.
+    #[arg(long = "report", value_name = "FILE")]
+    pub report: Option<PathBuf>,
+    /// Write the results as a page of text.
+    #[arg(long, value_name = "FILE")]
+    pub document: Option<PathBuf>,
+    /// Cases that run at the same time.
+    #[arg(long, default_value_t = 1)]
+    pub jobs: usize,
+    /// Wall time that one simulation of a case may take [s].
+    #[arg(long, default_value_t = 120.0)]
+    pub budget: f64,
+    /// Change a key of every case's scenes.
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
+    pub set: Vec<(String, String)>,
+}
+
 /// File formats to export to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Format {
@@ -222,6 +261,26 @@ pub enum Format {
     Usd,
     /// Point cache 2.
     Pc2,
+}
+
+/// The arguments with `--json FILE` of `hard` as `--report FILE`: everywhere
+/// else `--json` stands alone.
+pub fn arguments(given: impl Iterator<Item = OsString>) -> Vec<OsString> {
+    let mut all: Vec<OsString> = given.collect();
+    let command = all
+        .iter()
+        .skip(1)
+        .position(|a| !a.to_string_lossy().starts_with('-'));
+    let Some(hard) = command.map(|i| i + 1).filter(|i| all[*i] == "hard") else {
+        return all;
+    };
+    for i in hard..all.len().saturating_sub(1) {
+        let file = !all[i + 1].to_string_lossy().starts_with('-');
+        if all[i] == "--json" && file {
+            all[i] = "--report".into();
+        }
+    }
+    all
 }
 
 pub(crate) fn key_value(text: &str) -> Result<(String, String), String> {

@@ -2,6 +2,7 @@
 
 mod bench;
 mod fabric;
+mod hard;
 mod results;
 mod run;
 mod scene;
@@ -38,6 +39,7 @@ pub fn dispatch(cli: &Cli) -> Result<ExitCode, Failure> {
         Command::Schema { markdown } => scene::schema(*markdown, cli.json),
         Command::Study(args) => study::study(args, cli.json),
         Command::StudyJob => study::job(),
+        Command::Hard(args) => hard::hard(args, cli.json),
         Command::Bench(args) => bench::bench(args, cli.json),
     }
 }

@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::Parser;
-use selvedge_cli::args::Cli;
+use selvedge_cli::args::{self, Cli};
 use selvedge_cli::commands;
 
 fn main() -> ExitCode {
@@ -12,7 +12,7 @@ fn main() -> ExitCode {
         eprintln!("error: selvedge is built for processors with AVX2 and FMA");
         return ExitCode::from(3);
     }
-    let cli = Cli::parse();
+    let cli = Cli::parse_from(args::arguments(std::env::args_os()));
     match commands::dispatch(&cli) {
         Ok(code) => code,
         Err(failure) => failure.report(cli.json),

@@ -108,8 +108,27 @@ pub fn of_run(built: &BuiltScene, result: &RunResult, scene_text: &str) -> Repor
         point_fields,
         series: recording.as_ref().map(series).unwrap_or_default(),
         stages: stages.collect(),
-        notes: result.summary.warnings.clone(),
+        notes: notes(result),
     }
+}
+
+/// Warnings, and what the watchdog found.
+fn notes(result: &RunResult) -> Vec<String> {
+    let s = &result.summary;
+    let found = s.watchdog.iter().map(|e| {
+        let place = e
+            .term
+            .as_ref()
+            .zip(e.at)
+            .map(|(term, [x, y, z])| format!(" (`{term}` at {x:.4}, {y:.4}, {z:.4} m)"));
+        format!(
+            "watchdog, t = {:.5} s: {}{}",
+            e.time_s,
+            e.what,
+            place.unwrap_or_default()
+        )
+    });
+    s.warnings.iter().cloned().chain(found).collect()
 }
 
 fn points(flat: &[f64]) -> Vec<[f32; 3]> {

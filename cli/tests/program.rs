@@ -205,3 +205,41 @@ fn study_in_parts() {
     assert!(errors.contains("--resume"), "{errors}");
     run(&format!("{study} -o one --resume"));
 }
+
+/// Hard cases: exit status, the file of reports, the nearest name, and a step
+/// that was given up and is taken again.
+#[test]
+fn hard_cases_and_stopped_steps() {
+    let folder = folder();
+    let run = |arguments: &str| output(folder.path(), "", arguments);
+    assert_eq!(run("hard 13 degenerate-hinge --json cases.json").0, Some(0));
+    let text = fs::read_to_string(folder.path().join("cases.json")).unwrap();
+    let list: serde_json::Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(list.as_array().unwrap().len(), 2);
+    for key in ["case", "status", "figures", "seconds"] {
+        assert!(list[0].get(key).is_some(), "{text}");
+    }
+    let (code, said) = run("hard hinge-swep");
+    assert_eq!(code, Some(2));
+    assert!(said.contains("`hinge-sweep`"), "{said}");
+    assert_eq!(run("hard 13 --json nowhere/cases.json").0, Some(2));
+    assert_eq!(run("hard 13 --budget -1").0, Some(2));
+    // A setting that does not exist fails the case.
+    assert_eq!(run("hard all-pinned --set solver.kid=cg").0, Some(1));
+
+    let failing = "--set cloth.0.noise=1e-3 --set integrator.newton_tolerance=1e-30 --set \
+                   integrator.newton_iterations=1 --set integrator.min_step=1e-4";
+    let (code, _) = run(&format!("run sheet.toml -o out {failing}"));
+    assert_eq!(code, Some(1));
+    let dump = folder.path().join("out/stopped-step.json");
+    assert!(dump.is_file());
+    assert_eq!(run("run out/stopped-step.json").0, Some(1));
+    let cure = "--set integrator.newton_tolerance=1e-2 --set integrator.newton_iterations=9";
+    assert_eq!(run(&format!("run out/stopped-step.json {cure}")).0, Some(0));
+    let (code, said) = run("run out/stopped-step.json --set solver.kid=cg");
+    assert_eq!(code, Some(2));
+    assert!(said.contains("`kind`"), "{said}");
+    let text = fs::read_to_string(&dump).unwrap();
+    fs::write(&dump, &text[..text.len() - 40]).unwrap();
+    assert_eq!(run("run out/stopped-step.json").0, Some(2));
+}

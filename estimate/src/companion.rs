@@ -76,6 +76,7 @@ impl Session<'_> {
         let parsed = Parsed {
             scene,
             locations: self.parsed.locations.clone(),
+            source: self.parsed.source.clone(),
             warnings: Default::default(),
         };
         let built = BuiltScene::new(parsed).map_err(|e| failed(e.into()))?;

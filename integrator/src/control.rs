@@ -26,6 +26,12 @@ impl StepControl {
         self.dt
     }
 
+    /// Replaces the next step to try [s], within the largest step.
+    pub fn set_dt(&mut self, dt: f64) {
+        self.dt = dt.min(self.settings.max_step);
+        self.accepted_run = 0;
+    }
+
     /// Rejections since the last accepted step.
     pub fn rejected_run(&self) -> usize {
         self.rejected_run

@@ -34,6 +34,8 @@ pub struct BackwardEuler {
     b: Vec<f64>,
     b_try: Vec<f64>,
     energies: Vec<f64>,
+    contact_energy: f64,
+    forced: Option<CurvaturePolicy>,
 }
 
 /// How one Newton iteration ended.
@@ -58,6 +60,8 @@ impl BackwardEuler {
             b: Vec::new(),
             b_try: Vec::new(),
             energies: Vec::new(),
+            contact_energy: 0.0,
+            forced: None,
         })
     }
 
@@ -109,7 +113,7 @@ impl BackwardEuler {
         report: &mut StepReport,
         ledger: &mut Ledger,
     ) -> Result<Iteration, StepError> {
-        let policy = self.settings.curvature;
+        let policy = self.forced.unwrap_or(self.settings.curvature);
         let mut curvature = match policy {
             CurvaturePolicy::Projected => Curvature::Projected,
             _ => Curvature::Exact,
@@ -164,8 +168,9 @@ impl BackwardEuler {
         extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
         let at = end_point(state, &self.q, request.dt);
         inertial_impulse(plan, state, &self.v, None, request.dt, &mut self.b);
-        self.contacts
-            .add_impulse(&mut plan.contacts, &at, true, &mut self.b, ledger)?;
+        self.contact_energy =
+            self.contacts
+                .add_impulse(&mut plan.contacts, &at, true, &mut self.b, ledger)?;
         let evaluation = Evaluation {
             terms: &plan.terms,
             at,
@@ -216,8 +221,13 @@ impl BackwardEuler {
             extrapolate(&state.q, &self.v, along, request.dt, &mut self.q);
             let at = end_point(state, &self.q, request.dt);
             inertial_impulse(plan, state, &self.v, along, request.dt, &mut self.b_try);
-            self.contacts
-                .add_impulse(&mut plan.contacts, &at, false, &mut self.b_try, ledger)?;
+            self.contact_energy = self.contacts.add_impulse(
+                &mut plan.contacts,
+                &at,
+                false,
+                &mut self.b_try,
+                ledger,
+            )?;
             let evaluation = Evaluation {
                 terms: &plan.terms,
                 at,
@@ -243,7 +253,9 @@ impl BackwardEuler {
     }
 
     /// Residual that cancellation alone can leave: `16 ε (‖M v_0‖ + ‖M v‖ +
-    /// ‖h |F|‖)` with `|F|` the sum of absolute contributions of each point.
+    /// ‖h |F|‖)` with `|F|` the sum of absolute contributions of each point,
+    /// and what the forces change by when every coordinate is rounded once:
+    /// in cloth that is hardly strained that is far more than `ε |F|`.
     fn round_off(&mut self, plan: &mut ScenePlan, state: &State, request: StepRequest) -> f64 {
         extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
         let at = end_point(state, &self.q, request.dt);
@@ -253,16 +265,27 @@ impl BackwardEuler {
             let gravity = request.dt * plan.inertia.gravity[i % 3].abs();
             *s = m * (state.v[i].abs() + self.v[i].abs() + gravity);
         }
-        let mut g = Vec::new();
+        let mut rounded = self.q.clone();
+        for (i, x) in rounded.iter_mut().enumerate() {
+            // Signs that no motion has.
+            let sign = if (i * i + i / 3) % 7 < 3 { 1.0 } else { -1.0 };
+            *x *= 1.0 + sign * f64::EPSILON;
+        }
+        let moved = end_point(state, &rounded, request.dt);
+        let (mut g, mut h) = (Vec::new(), Vec::new());
         for term in &plan.terms {
             let batch = term.batch.as_ref();
             let factor = request.dt * if term.relaxed { request.stiffness } else { 1.0 };
             g.resize(batch.local_dim(), 0.0);
+            h.resize(batch.local_dim(), 0.0);
             for e in 0..batch.len() {
                 batch.gradients(&at, e..e + 1, &mut g);
-                for (&n, g) in batch.nodes(e).iter().zip(g.as_chunks::<3>().0) {
+                batch.gradients(&moved, e..e + 1, &mut h);
+                let pairs = g.as_chunks::<3>().0.iter().zip(h.as_chunks::<3>().0);
+                for (&n, (g, h)) in batch.nodes(e).iter().zip(pairs) {
                     for i in 0..3 {
-                        sum[3 * n as usize + i] += factor * g[i].abs();
+                        let noise = (g[i] - h[i]).abs() / f64::EPSILON;
+                        sum[3 * n as usize + i] += factor * (g[i].abs() + noise);
                     }
                 }
             }
@@ -342,6 +365,7 @@ impl Integrator for BackwardEuler {
             energies: energies
                 .map(|(name, &value)| TermEnergy { name, value })
                 .collect(),
+            contact_energy: self.contact_energy,
             contacts: plan.contacts.iter().map(|c| c.active()).sum(),
             candidates: plan.contacts.iter().map(|c| c.candidates()).sum(),
             max_penetration: plan
@@ -351,6 +375,10 @@ impl Integrator for BackwardEuler {
                 .fold(0.0, f64::max),
             ..report
         })
+    }
+
+    fn force_curvature(&mut self, policy: Option<CurvaturePolicy>) {
+        self.forced = policy;
     }
 
     fn heap_bytes(&self) -> usize {

@@ -1,6 +1,6 @@
 use crate::{
-    Integrator, Ledger, PlanError, RestDetector, ScenePlan, Settings, SimulationError, Snapshot,
-    State, StepControl, StepError, StepReport, StepRequest,
+    CurvaturePolicy, Integrator, Ledger, PlanError, RestDetector, ScenePlan, Settings,
+    SimulationError, Snapshot, State, StepControl, StepError, StepReport, StepRequest,
 };
 
 /// A plan, its state, and the loop around single steps: initial relaxation,
@@ -244,6 +244,17 @@ impl Simulation {
     /// Length of the next step [s].
     pub fn next_dt(&self) -> f64 {
         self.control.dt()
+    }
+
+    /// Replaces the length of the next step [s], within the largest step.
+    pub fn set_next_dt(&mut self, dt: f64) {
+        self.control.set_dt(dt);
+    }
+
+    /// Changes the curvature of Newton's matrix for the next steps; `None`
+    /// goes back to that of the settings.
+    pub fn force_curvature(&mut self, policy: Option<CurvaturePolicy>) {
+        self.integrator.force_curvature(policy);
     }
 
     /// Percentile of the per-point kinetic energies at the last step [J].

@@ -1,4 +1,4 @@
-use crate::{Ledger, ScenePlan, State, StepError, TermEnergy};
+use crate::{CurvaturePolicy, Ledger, ScenePlan, State, StepError, TermEnergy};
 
 /// One step asked of an integrator.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +27,10 @@ pub trait Integrator: Send {
         ledger: &mut Ledger,
     ) -> Result<StepReport, StepError>;
 
+    /// Changes the curvature of Newton's matrix; `None` goes back to that of
+    /// the settings. Integrators without such a choice do nothing.
+    fn force_curvature(&mut self, _policy: Option<CurvaturePolicy>) {}
+
     /// Heap memory of work arrays [bytes].
     fn heap_bytes(&self) -> usize;
 }
@@ -48,6 +52,9 @@ pub struct StepReport {
     pub residual: f64,
     /// Energy of every term at the end of the step [J].
     pub energies: Vec<TermEnergy>,
+    /// Energy of all contacts at the end of the step, the potential of the
+    /// step's friction included [J].
+    pub contact_energy: f64,
     /// Active contacts at the end of the step.
     pub contacts: usize,
     /// Contact candidates.

@@ -66,6 +66,9 @@ pub trait NewtonSystem: Send {
         x: &mut [f64],
     ) -> Result<SolveReport, LinsolveError>;
 
+    /// Sets the relative tolerance of the linear solver.
+    fn set_tolerance(&mut self, relative: f64);
+
     /// Heap memory held [bytes].
     fn heap_bytes(&self) -> usize;
 }

@@ -17,6 +17,7 @@ use crate::diagnostic::Diagnostics;
 use crate::process;
 use crate::result;
 use crate::summary::{StageSummary, Status, Summary};
+use crate::watchdog::{Scope, Verdict, Watchdog};
 
 /// What a run is asked for, beside the scene.
 #[derive(Clone, Debug)]
@@ -249,6 +250,7 @@ fn run_here(
     }
 
     let mut last = StepReport::default();
+    let mut dog = Watchdog::new(scene);
     let drape = match early {
         Some(drape) => drape,
         None => {
@@ -261,6 +263,8 @@ fn run_here(
                 &mut frames,
                 &start,
                 &mut last,
+                dog.as_mut(),
+                options,
                 progress,
                 interrupt,
             )?;
@@ -274,7 +278,8 @@ fn run_here(
 
     effects::fill_seconds(&mut effects, &simulation);
     let positions = built.geometry.flat_to_scene(&simulation.state().q);
-    let summary = result::summary(result::Inputs {
+    let watched = dog.as_ref().map(|d| d.spent);
+    let mut summary = result::summary(result::Inputs {
         built,
         simulation: &simulation,
         status: drape.status,
@@ -282,11 +287,16 @@ fn run_here(
         effects,
         assembly: stages,
         last: &last,
+        watchdog_unlisted: dog.as_ref().map_or(0, |d| d.unlisted),
+        watchdog: dog.map(|d| d.events).unwrap_or_default(),
         threads,
         wall: clock.0.elapsed(),
         cpu: process::user_seconds() - clock.1,
         version: &options.version,
     });
+    if let Some(time) = watched {
+        summary.stages.insert("watchdog".into(), time.as_secs_f64());
+    }
     result::write(directory, built, &positions, &summary)?;
     let recording = match recorder {
         // A stopped run stays open, so that it can be resumed.
@@ -329,9 +339,25 @@ fn drape(
     frames: &mut Frames,
     start: &[f64],
     last: &mut StepReport,
+    mut dog: Option<&mut Watchdog>,
+    options: &RunOptions,
     progress: &mut (dyn Progress + Send),
     interrupt: &AtomicBool,
 ) -> Result<Drape, RunError> {
+    let scope = Scope {
+        built,
+        directory: &options.directory,
+        start,
+        version: &options.version,
+    };
+    let failed = |reason: String| {
+        Ok(Drape {
+            status: Status::Failed,
+            reason,
+        })
+    };
+    let driven = attachments.iter().any(|a| a.moves());
+    let mut told = 0;
     let mut booked = Booked::default();
     let interval = Duration::try_from_secs_f64(built.scene().output.checkpoint_seconds).ok();
     let mut saved = Instant::now();
@@ -347,19 +373,48 @@ fn drape(
                 reason,
             });
         }
+        if let Some(dog) = &dog {
+            for event in &dog.events[told..] {
+                progress.note(&format!("watchdog: {}", event.what));
+            }
+            told = dog.events.len();
+        }
         let time = simulation.state().time;
+        if driven && let Some(dog) = &mut dog {
+            dog.before_motion(simulation);
+        }
         for attachment in attachments.iter().filter(|a| a.moves()) {
             attachment.update(time + simulation.next_dt());
+        }
+        if let Some(dog) = &mut dog {
+            if driven {
+                dog.after_motion(simulation);
+            }
+            dog.begin(simulation);
         }
         let outcome = match simulation.advance() {
             Ok(outcome) => outcome,
             Err(e) => {
-                return Ok(Drape {
-                    status: Status::Failed,
-                    reason: chain(&e),
+                return failed(match &mut dog {
+                    Some(dog) => dog.gave_up(simulation, &e, &scope),
+                    None => chain(&e),
                 });
             }
         };
+        let verdict = match (&mut dog, &outcome) {
+            (Some(dog), Outcome::Accepted { dt, report }) => {
+                dog.accepted(simulation, *dt, report, &scope)
+            }
+            (Some(dog), Outcome::Rejected { dt, reason }) => {
+                dog.rejected(simulation, *dt, reason, &scope)
+            }
+            _ => Verdict::Fine,
+        };
+        match verdict {
+            Verdict::Fine => {}
+            Verdict::Again => continue,
+            Verdict::Stop(reason) => return failed(reason),
+        }
         match outcome {
             Outcome::Ended(EndReason::AtRest) => {
                 let reason = format!("at rest since {:.3} s", simulation.settings().stop.window);

@@ -14,5 +14,6 @@ mod motion;
 mod process;
 mod result;
 pub mod summary;
+pub mod watchdog;
 
 pub use result::{check_results, write_summary, write_whole};

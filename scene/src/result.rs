@@ -16,6 +16,7 @@ use crate::driver::RunError;
 use crate::effects::EffectRow;
 use crate::process;
 use crate::summary::{Defect, SUMMARY_SCHEMA, StageSummary, Status, Summary};
+use crate::watchdog::Event;
 
 pub(crate) struct Inputs<'a> {
     pub built: &'a BuiltScene,
@@ -25,6 +26,8 @@ pub(crate) struct Inputs<'a> {
     pub effects: Vec<EffectRow>,
     pub assembly: Vec<StageSummary>,
     pub last: &'a StepReport,
+    pub watchdog: Vec<Event>,
+    pub watchdog_unlisted: u64,
     pub threads: usize,
     pub wall: Duration,
     pub cpu: f64,
@@ -248,6 +251,8 @@ pub(crate) fn summary(i: Inputs<'_>) -> Summary {
             .iter()
             .map(|e| (e.name.clone(), e.time.as_secs_f64()))
             .collect(),
+        watchdog: i.watchdog,
+        watchdog_unlisted: i.watchdog_unlisted,
         assembly: i.assembly,
         effects: i.effects,
         settings: i.built.scene().effective(),

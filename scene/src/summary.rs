@@ -4,6 +4,7 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 
 use crate::effects::EffectRow;
+use crate::watchdog::Event;
 
 /// Version of the layout of [`Summary`].
 pub const SUMMARY_SCHEMA: u32 = 1;
@@ -87,6 +88,10 @@ pub struct Summary {
     pub error: Option<ErrorReport>,
     /// Wall time by stage [s].
     pub stages: BTreeMap<String, f64>,
+    /// What the watchdog found in the drape, in order; empty when it is off.
+    pub watchdog: Vec<Event>,
+    /// Findings beyond those listed.
+    pub watchdog_unlisted: u64,
     /// Stages that a garment went through before the drape.
     pub assembly: Vec<StageSummary>,
     /// Every effect: on or off, why, and its cost.

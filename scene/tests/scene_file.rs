@@ -71,7 +71,7 @@ fn places_of_mistakes() {
             "[slover]\n",
             "s.toml:3:2: unknown key `slover` (did you mean `solver`? known keys: name, \
              description, simulation, cloth, body, pin, attachment, button, buttonhole, fabric, mesh, \
-             contact, damping, integrator, relaxation, stop, solver, assembly, assemble, output)",
+             contact, damping, integrator, relaxation, stop, solver, assembly, assemble, watchdog, output)",
         ),
         (
             "[solver]\nnewton_tolerance = 1e-3\n",

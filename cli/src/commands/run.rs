@@ -10,6 +10,7 @@ use selvedge_scene::diagnostic::Diagnostics;
 use selvedge_scene::driver::{self, Progress, RunError, RunOptions, RunResult};
 use selvedge_scene::file::{self, Parsed};
 use selvedge_scene::summary::Status;
+use selvedge_scene::watchdog::{Dump, ReplayError};
 use selvedge_scene::{check_results, write_whole};
 
 use crate::Failure;
@@ -26,6 +27,9 @@ pub(super) const STOPPED: u8 = 130;
 
 /// `selvedge run`
 pub fn run(args: &RunArgs, json: bool) -> Result<ExitCode, Failure> {
+    if Dump::is_at(&args.scene.scene) {
+        return replay(&args.scene.scene, &args.scene.set, json);
+    }
     let parsed = file::read(&args.scene.scene, &args.scene.set)?;
     let text = std::fs::read_to_string(&args.scene.scene).unwrap_or_default();
     simulate(
@@ -36,6 +40,34 @@ pub fn run(args: &RunArgs, json: bool) -> Result<ExitCode, Failure> {
         &args.accuracy,
         json,
     )
+}
+
+/// `selvedge run DUMP`: takes a step again that the watchdog wrote down; exit
+/// status 1 when it fails again.
+fn replay(path: &Path, set: &[(String, String)], json: bool) -> Result<ExitCode, Failure> {
+    let dump = Dump::read(path).map_err(|e| Failure::Usage(e.to_string()))?;
+    let replay = dump.replay(path, set).map_err(|e| match e {
+        ReplayError::Scene(findings) => Failure::Input(findings),
+        other => Failure::Usage(other.to_string()),
+    })?;
+    if json {
+        say!(
+            "{}",
+            serde_json::json!({ "event": "replay", "replay": replay })
+        )?;
+    } else {
+        let how = if replay.accepted {
+            "accepted"
+        } else {
+            "refused"
+        };
+        say!("found: {}", replay.event.what)?;
+        say!("step of {:.6e} s, {how}: {}", replay.dt_s, replay.outcome)?;
+        if let Some(gain) = replay.energy_gain_j {
+            say!("energy grew by {gain:.6e} J")?;
+        }
+    }
+    Ok(ExitCode::from(u8::from(!replay.accepted)))
 }
 
 /// `selvedge drape`: makes a scene for the pattern and runs it.

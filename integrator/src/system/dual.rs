@@ -119,6 +119,10 @@ where
         solve_from_zero(self.solver.as_mut(), &self.matrix, b, filter, x)
     }
 
+    fn set_tolerance(&mut self, relative: f64) {
+        self.solver.set_tolerance(relative);
+    }
+
     fn heap_bytes(&self) -> usize {
         self.assembler.heap_bytes() + self.matrix.heap_bytes() + self.solver.heap_bytes()
     }

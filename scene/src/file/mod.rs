@@ -63,6 +63,19 @@ pub struct Parsed {
     pub locations: Locations,
     /// What is suspicious.
     pub warnings: Diagnostics,
+    /// What was read.
+    pub source: Source,
+}
+
+/// The text of a scene and what the command line changed in it.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Source {
+    /// The text.
+    pub text: String,
+    /// Its file, whose folder relative paths start at.
+    pub path: std::path::PathBuf,
+    /// Overrides: key and value.
+    pub overrides: Vec<(String, String)>,
 }
 
 /// Reads the scene file at `path`, see [`parse`].
@@ -167,5 +180,10 @@ pub fn parse(
         scene,
         locations,
         warnings: findings,
+        source: Source {
+            text: text.to_owned(),
+            path: path.to_owned(),
+            overrides: overrides.to_owned(),
+        },
     })
 }

@@ -6,6 +6,7 @@ mod fabric;
 mod hold;
 mod settings;
 mod trim;
+mod watchdog;
 
 use super::spec::Kind::{Named, Table as Sub, Tables, Text, Vector};
 use super::spec::{ANY, Range, Table, derived, key, number};
@@ -87,6 +88,12 @@ pub(crate) static SCENE: Table = Table::new(
             Sub(&settings::ASSEMBLE),
             "{}",
             "Sewing a garment together on its body, before `simulation` begins.",
+        ),
+        key(
+            "watchdog",
+            Sub(&watchdog::WATCHDOG),
+            "{}",
+            "Guard over the steps of the simulation: what it calls trouble, and how far it goes.",
         ),
         key("output", Sub(&settings::OUTPUT), "{}", "Results."),
     ],

@@ -7,6 +7,7 @@ mod hold;
 mod motion;
 mod settings;
 mod trim;
+mod watchdog;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -26,6 +27,7 @@ pub use settings::{
     StopSettings, Switch,
 };
 pub use trim::{Button, Buttonhole};
+pub use watchdog::{WatchdogAnswer, WatchdogSettings};
 
 /// A scene: what to simulate and how, with every default filled in.
 ///
@@ -72,6 +74,8 @@ pub struct SceneFile {
     pub assembly: AssemblySettings,
     /// Sewing a garment together.
     pub assemble: AssembleSettings,
+    /// Guard over the steps.
+    pub watchdog: WatchdogSettings,
     /// Results.
     pub output: OutputSettings,
     /// Folder of the scene file, which its relative paths refer to.

@@ -1,0 +1,390 @@
+//! A guard over the steps of a run: names trouble within the step in which it
+//! arises, answers it by a ladder, and leaves a step that can be replayed.
+//!
+//! | finding | sign |
+//! |---|---|
+//! | not finite | a refused step whose error is a NaN or an infinity |
+//! | stall | refused steps in a row; steps that stay small |
+//! | energy | `E₁ − E₀` above what was worked on the cloth, see [`EnergyMeter`] |
+//! | underflow | a step below `integrator.min_step` |
+//!
+//! The ladder: tighter linear tolerance, projected curvature, smaller steps,
+//! clean stop with a [`Dump`]. A run without findings has the same bits with
+//! and without the guard: it reads, and writes only to answer.
+
+mod dump;
+mod finding;
+mod ladder;
+mod meter;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use selvedge_collision::Body;
+use selvedge_integrator::{Simulation, SimulationError, Snapshot, StepError, StepReport};
+
+use crate::build::BuiltScene;
+use crate::driver::chain;
+use crate::file::SceneFile;
+use crate::file::model::{DampingKind, WatchdogAnswer, WatchdogSettings};
+use crate::result::write_whole;
+use finding::{Place, hardest_pulled, place};
+
+pub use dump::{DUMP, Dump, Replay, ReplayError};
+pub use finding::{Answer, Event, Trouble};
+pub use ladder::Ladder;
+pub use meter::EnergyMeter;
+
+/// Rung on which steps are cut; below it only the solver changes.
+const CUT: u8 = 3;
+/// Highest rung: the step cut to 4⁻⁴ of itself.
+const TOP: u8 = 6;
+
+/// Where a run is, for the dump.
+pub(crate) struct Scope<'a> {
+    pub built: &'a BuiltScene,
+    pub directory: &'a Path,
+    pub start: &'a [f64],
+    pub version: &'a str,
+}
+
+/// What comes after a step.
+pub(crate) enum Verdict {
+    /// It stands.
+    Fine,
+    /// It was taken back and is to be tried again.
+    Again,
+    /// The run ends, for this reason.
+    Stop(String),
+}
+
+/// The guard over one run.
+pub(crate) struct Watchdog {
+    settings: WatchdogSettings,
+    ladder: Ladder,
+    rung: u8,
+    /// Accepted steps since the last finding.
+    calm: usize,
+    /// Rejections in a row, and the step before the first.
+    refused: usize,
+    refused_dt: f64,
+    /// Small accepted steps in a row.
+    slow: usize,
+    meter: EnergyMeter,
+    energy_before: Option<f64>,
+    before: Option<Snapshot>,
+    /// Something not finite has been met in this step.
+    met_not_finite: bool,
+    driven: f64,
+    /// Time spent watching.
+    pub spent: Duration,
+    pub events: Vec<Event>,
+    pub unlisted: u64,
+}
+
+impl Watchdog {
+    /// A guard, where the scene asks for one.
+    pub fn new(scene: &SceneFile) -> Option<Self> {
+        scene.watchdog.enabled.then(|| Self {
+            settings: scene.watchdog,
+            ladder: Ladder::of(scene),
+            rung: 0,
+            calm: 0,
+            refused: 0,
+            refused_dt: 0.0,
+            slow: 0,
+            meter: EnergyMeter::new(scene.damping.kind == DampingKind::Incremental),
+            energy_before: None,
+            before: None,
+            met_not_finite: false,
+            driven: 0.0,
+            spent: Duration::ZERO,
+            events: Vec::new(),
+            unlisted: 0,
+        })
+    }
+
+    /// Before the other ends of attachments move.
+    pub fn before_motion(&mut self, simulation: &Simulation) {
+        self.driven = EnergyMeter::driven(simulation);
+    }
+
+    /// After they moved: pulling on springs is work.
+    pub fn after_motion(&mut self, simulation: &Simulation) {
+        self.meter
+            .add_work(EnergyMeter::driven(simulation) - self.driven);
+    }
+
+    /// Right before a step.
+    pub fn begin(&mut self, simulation: &Simulation) {
+        let clock = Instant::now();
+        if self.refused == 0 {
+            self.refused_dt = simulation.next_dt();
+        }
+        self.meter.begin(simulation);
+        self.energy_before = self.meter.last();
+        let mends = self.settings.answer == WatchdogAnswer::Ladder;
+        // Nothing is taken back before there is an energy to compare with.
+        self.before = (mends && self.energy_before.is_some()).then(|| simulation.snapshot());
+        self.spent += clock.elapsed();
+    }
+
+    /// After an accepted step of length `dt`.
+    pub fn accepted(
+        &mut self,
+        simulation: &mut Simulation,
+        dt: f64,
+        report: &StepReport,
+        scope: &Scope<'_>,
+    ) -> Verdict {
+        let clock = Instant::now();
+        let verdict = self.examine(simulation, dt, report, scope);
+        self.spent += clock.elapsed();
+        verdict
+    }
+
+    fn examine(
+        &mut self,
+        simulation: &mut Simulation,
+        dt: f64,
+        report: &StepReport,
+        scope: &Scope<'_>,
+    ) -> Verdict {
+        self.refused = 0;
+        self.met_not_finite = false;
+        if simulation.state().time <= simulation.settings().relaxation.duration {
+            // Velocities are taken away and stiffness grows: nothing to compare.
+            self.meter.reset();
+            return Verdict::Fine;
+        }
+        let floor = self.settings.energy_floor;
+        let gain = self.meter.end(simulation, report);
+        let bound = (self.settings.energy_gain * self.meter.scale()).max(floor);
+        if let Some(gain) = gain
+            && gain > bound
+        {
+            let moving = scope.built.bodies.iter().filter(|b| b.moves);
+            let bodies: Vec<&dyn Body> = moving.map(|b| b.body.as_ref()).collect();
+            let reach = 2.0 * scope.built.scene().contact.body_thickness;
+            let work = self.meter.work(simulation, dt, &bodies, reach);
+            let unexplained = gain - work.max(0.0);
+            if unexplained > bound {
+                return self.injected(simulation, dt, unexplained, scope);
+            }
+        }
+        self.calm += 1;
+        if self.rung > 0 && self.calm >= self.settings.recovery_steps {
+            self.climb(simulation, 0);
+        }
+        let small = dt < self.settings.slow_fraction * simulation.settings().control.max_step;
+        self.slow = if small { self.slow + 1 } else { 0 };
+        if self.slow == self.settings.slow_steps {
+            self.slow = 0;
+            let what = format!(
+                "{} steps in a row are below {:.1e} of the largest step",
+                self.settings.slow_steps, self.settings.slow_fraction
+            );
+            let place = hardest_pulled(scope.built, simulation);
+            // Slow is no reason to end.
+            let answer = self.next_rung(simulation, 2);
+            self.note(simulation, Trouble::Stall, what, dt, place, answer);
+        }
+        Verdict::Fine
+    }
+
+    fn injected(
+        &mut self,
+        simulation: &mut Simulation,
+        dt: f64,
+        gain: f64,
+        scope: &Scope<'_>,
+    ) -> Verdict {
+        let what = format!(
+            "mechanical energy grew by {gain:.3e} J without work; the largest kinetic and stored \
+             energy so far is {:.3e} J",
+            self.meter.scale()
+        );
+        let place = hardest_pulled(scope.built, simulation);
+        let Some(before) = self.before.take() else {
+            self.note(simulation, Trouble::Energy, what, dt, place, Answer::Noted);
+            return Verdict::Fine;
+        };
+        if let Err(e) = simulation.restore(&before) {
+            return Verdict::Stop(chain(&e));
+        }
+        self.meter.set_last(self.energy_before);
+        if self.rung < TOP {
+            let answer = self.next_rung(simulation, TOP);
+            if self.rung >= CUT {
+                simulation.set_next_dt(0.25 * dt);
+            }
+            self.note(simulation, Trouble::Energy, what, dt, place, answer);
+            return Verdict::Again;
+        }
+        Verdict::Stop(self.stop(simulation, Trouble::Energy, what, dt, place, scope))
+    }
+
+    /// After a refused step of length `dt`.
+    pub fn rejected(
+        &mut self,
+        simulation: &mut Simulation,
+        dt: f64,
+        reason: &StepError,
+        scope: &Scope<'_>,
+    ) -> Verdict {
+        self.refused += 1;
+        self.calm = 0;
+        let mends = self.settings.answer == WatchdogAnswer::Ladder;
+        if let StepError::NotFinite { .. } = reason {
+            let place = place(scope.built, simulation, reason);
+            if mends && simulation.state().first_not_finite().is_some() {
+                // No step mends a state that is broken already.
+                let what = reason.to_string();
+                let trouble = Trouble::NotFinite;
+                return Verdict::Stop(self.stop(simulation, trouble, what, dt, place, scope));
+            }
+            if !self.met_not_finite {
+                self.met_not_finite = true;
+                let answer = if mends {
+                    Answer::SmallerStep
+                } else {
+                    Answer::Noted
+                };
+                let what = reason.to_string();
+                self.note(simulation, Trouble::NotFinite, what, dt, place, answer);
+            }
+        }
+        if self.refused.is_multiple_of(self.settings.rejections) {
+            let what = format!(
+                "{} steps in a row were refused, the last because {}",
+                self.refused,
+                chain(reason)
+            );
+            let place = place(scope.built, simulation, reason);
+            let answer = self.next_rung(simulation, CUT);
+            if mends && self.rung < CUT {
+                // The new settings get the step that failed first.
+                simulation.set_next_dt(self.refused_dt);
+            }
+            self.note(simulation, Trouble::Stall, what, dt, place, answer);
+        }
+        Verdict::Fine
+    }
+
+    /// The simulation gave up.
+    pub fn gave_up(
+        &mut self,
+        simulation: &mut Simulation,
+        error: &SimulationError,
+        scope: &Scope<'_>,
+    ) -> String {
+        let (dt, place) = match error {
+            SimulationError::StepUnderflow { dt, source, .. } => {
+                (*dt, place(scope.built, simulation, source))
+            }
+            _ => (
+                simulation.next_dt(),
+                hardest_pulled(scope.built, simulation),
+            ),
+        };
+        let what = chain(error);
+        self.stop(simulation, Trouble::Underflow, what, dt, place, scope)
+    }
+
+    /// One rung up, at most to `most`; what that is called.
+    fn next_rung(&mut self, simulation: &mut Simulation, most: u8) -> Answer {
+        if self.settings.answer == WatchdogAnswer::Note || self.rung >= most {
+            let cut = most >= CUT && self.settings.answer == WatchdogAnswer::Ladder;
+            return if cut {
+                Answer::SmallerStep
+            } else {
+                Answer::Noted
+            };
+        }
+        let rung = self.rung + 1;
+        self.climb(simulation, rung);
+        match rung {
+            1 => Answer::TighterTolerance,
+            2 => Answer::ProjectedCurvature,
+            _ => Answer::SmallerStep,
+        }
+    }
+
+    fn climb(&mut self, simulation: &mut Simulation, rung: u8) {
+        self.rung = rung;
+        self.calm = 0;
+        self.ladder.apply(simulation, rung);
+    }
+
+    fn note(
+        &mut self,
+        simulation: &Simulation,
+        trouble: Trouble,
+        what: String,
+        dt: f64,
+        place: Place,
+        answer: Answer,
+    ) {
+        if self.events.len() >= self.settings.most_events && answer != Answer::Stopped {
+            self.unlisted += 1;
+            return;
+        }
+        self.events.push(Event {
+            trouble,
+            what,
+            time_s: simulation.state().time,
+            step: simulation.counters().steps,
+            dt_s: dt,
+            term: place.term,
+            points: place.points,
+            at: place.at,
+            answer,
+            dump: None,
+        });
+    }
+
+    /// Writes the step down; the reason for the end, in a sentence.
+    fn stop(
+        &mut self,
+        simulation: &Simulation,
+        trouble: Trouble,
+        what: String,
+        dt: f64,
+        place: Place,
+        scope: &Scope<'_>,
+    ) -> String {
+        let mut reason = what.clone();
+        if let (Some(at), Some(p)) = (place.at, place.points.first()) {
+            let term = place.term.as_deref().unwrap_or("no term");
+            reason += &format!(
+                "; point {p} at ({:.4}, {:.4}, {:.4}) m, where `{term}` pulls hardest",
+                at[0], at[1], at[2]
+            );
+        }
+        self.note(simulation, trouble, what, dt, place, Answer::Stopped);
+        let Some(event) = self.events.last_mut() else {
+            return reason;
+        };
+        let path = scope.directory.join(DUMP);
+        event.dump = Some(path.display().to_string());
+        let dump = Dump::new(
+            scope,
+            &simulation.snapshot(),
+            event.clone(),
+            self.rung,
+            self.energy_before,
+        );
+        let text = serde_json::to_string_pretty(&dump).unwrap_or_default();
+        match write_whole(&path, text.as_bytes()) {
+            Ok(()) => reason += &format!("; the step is in {}", path.display()),
+            Err(e) => {
+                // The results come first, and say what is missing.
+                event.dump = None;
+                reason += &format!("; the step could not be written: {}", chain(&e));
+            }
+        }
+        reason
+    }
+}
