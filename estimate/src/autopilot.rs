@@ -1,6 +1,7 @@
 //! Settings that meet a wanted error.
 
 use selvedge_scene::file::SceneFile;
+use selvedge_scene::file::model::{ForcingKind, SolverSettings};
 use selvedge_scene::summary::{Decision, ErrorPart, ErrorReport};
 
 use crate::companion::{Companion, Session, coarser, scaled_step, scaled_tolerance};
@@ -64,7 +65,18 @@ pub fn drape_within(
     target: Target,
 ) -> Result<Within, EstimateError> {
     let before = session.cpu_s;
-    let mut decisions = Vec::new();
+    let scene = &SceneFile {
+        solver: SolverSettings {
+            forcing: ForcingKind::EisenstatWalker,
+            ..scene.solver
+        },
+        ..scene.clone()
+    };
+    let mut decisions = vec![Decision {
+        setting: "solver.forcing".to_owned(),
+        value: "eisenstat-walker".into(),
+        why: "solves no system more exactly than the iteration around it can use".to_owned(),
+    }];
     let refinable = coarser(scene, START).is_ok();
     let (mut now, length) = first_mesh(session, scene)?;
     let mesh = if refinable {
@@ -80,7 +92,7 @@ pub fn drape_within(
         Ok(_) => decisions.push(Decision {
             why: levels.refine(session, target)?,
             setting: "mesh.edge_length".to_owned(),
-            value: edge_length(levels.run.built.scene()),
+            value: edge_length(levels.run.built.scene()).into(),
         }),
         Err(why) => levels.space = unknown(&why),
     }
@@ -226,7 +238,7 @@ fn choose_step(
     }
     decisions.push(Decision {
         setting: "integrator.max_step".to_owned(),
-        value: now.built.scene().integrator.max_step,
+        value: now.built.scene().integrator.max_step.into(),
         why,
     });
     Ok(part)
@@ -273,7 +285,7 @@ fn choose_tolerance(
     ] {
         decisions.push(Decision {
             setting: setting.to_owned(),
-            value,
+            value: value.into(),
             why: why.clone(),
         });
     }

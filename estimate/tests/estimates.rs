@@ -94,6 +94,7 @@ fn wanted_errors_are_met() {
             .map(|d| d.setting.as_str())
             .collect();
         let expected = [
+            "solver.forcing",
             "integrator.max_step",
             "integrator.newton_tolerance",
             "solver.tolerance",

@@ -36,6 +36,9 @@ pub struct BackwardEuler {
     energies: Vec<f64>,
     contact_energy: f64,
     forced: Option<CurvaturePolicy>,
+    forced_tolerance: Option<f64>,
+    /// Residual and linear tolerance of the iteration before.
+    before: Option<(f64, f64)>,
 }
 
 /// How one Newton iteration ended.
@@ -62,6 +65,8 @@ impl BackwardEuler {
             energies: Vec::new(),
             contact_energy: 0.0,
             forced: None,
+            forced_tolerance: None,
+            before: None,
         })
     }
 
@@ -79,6 +84,7 @@ impl BackwardEuler {
     ) -> Result<StepReport, StepError> {
         let mut report = StepReport::default();
         let mut residual = f64::NAN;
+        self.before = None;
         for iteration in 0..self.settings.iterations {
             report.newton_iterations += 1;
             let end = self.iterate(
@@ -118,8 +124,10 @@ impl BackwardEuler {
             CurvaturePolicy::Projected => Curvature::Projected,
             _ => Curvature::Exact,
         };
+        let before = self.before;
         loop {
             *residual = self.assemble(plan, state, request, curvature, ledger)?;
+            self.set_tolerance(plan, *residual, before);
             let may_project = policy == CurvaturePolicy::Auto && curvature == Curvature::Exact;
             let negative = match self.solve(plan, ledger) {
                 Ok(solve) => {
@@ -191,6 +199,18 @@ impl BackwardEuler {
             return Err(not_finite(plan, state, &at, &self.b));
         }
         Ok(residual)
+    }
+
+    /// How exactly the next system is solved, where the settings choose that
+    /// anew in every iteration.
+    fn set_tolerance(&mut self, plan: &mut ScenePlan, residual: f64, before: Option<(f64, f64)>) {
+        let s = &self.settings;
+        if self.forced_tolerance.is_none()
+            && let Some(eta) = s.forcing.tolerance(residual, before, s.tolerance)
+        {
+            plan.system.set_tolerance(eta);
+            self.before = Some((residual, eta));
+        }
     }
 
     fn solve(
@@ -379,6 +399,10 @@ impl Integrator for BackwardEuler {
 
     fn force_curvature(&mut self, policy: Option<CurvaturePolicy>) {
         self.forced = policy;
+    }
+
+    fn force_tolerance(&mut self, tolerance: Option<f64>) {
+        self.forced_tolerance = tolerance;
     }
 
     fn heap_bytes(&self) -> usize {

@@ -28,8 +28,8 @@ pub use euler::BackwardEuler;
 pub use ledger::{Ledger, LedgerEntry};
 pub use plan::{Fixed, Inertia, Pins, ScenePlan, Term, Trajectory};
 pub use settings::{
-    ControlSettings, CurvaturePolicy, NewtonSettings, RelaxationSettings, ResidualNorm, Settings,
-    StopSettings,
+    ControlSettings, CurvaturePolicy, Forcing, NewtonSettings, RelaxationSettings, ResidualNorm,
+    Settings, StopSettings,
 };
 pub use simulation::{Counters, EndReason, Outcome, Simulation};
 pub use state::{Snapshot, State};

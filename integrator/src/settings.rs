@@ -27,6 +27,52 @@ pub enum CurvaturePolicy {
     Projected,
 }
 
+/// How exactly the linear systems of one step are solved.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Forcing {
+    /// As the linear solver is set.
+    #[default]
+    Constant,
+    /// Choice 2 of [EisenstatWalker1996] with its safeguard, and never more
+    /// exactly than the step asks for:
+    ///
+    /// ```text
+    /// η_0 = η_max,  η_k = 0.9 (r_k / r_k−1)²  (at least 0.9 η_k−1² where that exceeds 0.1)
+    /// η_k ← clamp(max(η_k, ½ τ / r_k), η_min, η_max)
+    /// ```
+    /// with `r` the residual and `τ` its tolerance.
+    EisenstatWalker {
+        /// `η_min` [1].
+        tightest: f64,
+        /// `η_max` [1].
+        loosest: f64,
+    },
+}
+
+impl Forcing {
+    /// Relative tolerance of the solve of an iteration, given its residual,
+    /// the residual and the tolerance of the iteration before, and the
+    /// residual to be reached; `None` leaves it to the solver.
+    pub fn tolerance(self, residual: f64, before: Option<(f64, f64)>, goal: f64) -> Option<f64> {
+        let Self::EisenstatWalker { tightest, loosest } = self else {
+            return None;
+        };
+        let choice = match before {
+            None => loosest,
+            Some((previous, eta)) => {
+                let choice = 0.9 * (residual / previous).powi(2);
+                let safeguard = 0.9 * eta * eta;
+                if safeguard > 0.1 {
+                    choice.max(safeguard)
+                } else {
+                    choice
+                }
+            }
+        };
+        Some(choice.max(0.5 * goal / residual).min(loosest).max(tightest))
+    }
+}
+
 /// Newton's method of one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewtonSettings {
@@ -40,6 +86,8 @@ pub struct NewtonSettings {
     pub norm: ResidualNorm,
     /// Curvature policy.
     pub curvature: CurvaturePolicy,
+    /// How exactly the linear systems are solved.
+    pub forcing: Forcing,
 }
 
 impl Default for NewtonSettings {
@@ -50,6 +98,7 @@ impl Default for NewtonSettings {
             line_search_tries: 5,
             norm: ResidualNorm::Mass,
             curvature: CurvaturePolicy::Auto,
+            forcing: Forcing::Constant,
         }
     }
 }
@@ -240,4 +289,27 @@ fn at_least_one(name: &'static str, value: usize) -> Result<(), PlanError> {
         value: value as f64,
         allowed: "at least 1",
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn forcing_follows_the_residual() {
+        let forcing = Forcing::EisenstatWalker {
+            tightest: 1e-3,
+            loosest: 0.5,
+        };
+        let eta = |r: f64, before| forcing.tolerance(r, before, 1e-6).unwrap();
+        assert_eq!(eta(1.0, None), 0.5);
+        // 0.9 (r / r_0)², held up by 0.9 η² after a loose solve.
+        assert!((eta(0.3, Some((1.0, 0.1))) - 0.081).abs() < 1e-15);
+        assert!((eta(0.3, Some((1.0, 0.5))) - 0.225).abs() < 1e-15);
+        // Within its bounds, and no more exactly than the step asks for.
+        assert!((eta(1e-4, Some((1.0, 0.1))) - 5e-3).abs() < 1e-15);
+        assert_eq!(forcing.tolerance(1e-3, Some((1.0, 0.1)), 0.0), Some(1e-3));
+        assert_eq!(forcing.tolerance(2.0, Some((1.0, 0.1)), 0.0), Some(0.5));
+        assert_eq!(Forcing::Constant.tolerance(1.0, None, 1e-6), None);
+    }
 }

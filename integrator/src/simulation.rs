@@ -257,6 +257,14 @@ impl Simulation {
         self.integrator.force_curvature(policy);
     }
 
+    /// Fixes the relative tolerance of the linear solves for the next steps;
+    /// the system's own is set with it. `tolerance` is that of the settings
+    /// again with `forced` false.
+    pub fn force_tolerance(&mut self, tolerance: f64, forced: bool) {
+        self.plan.system.set_tolerance(tolerance);
+        self.integrator.force_tolerance(forced.then_some(tolerance));
+    }
+
     /// Percentile of the per-point kinetic energies at the last step [J].
     pub fn rest_energy(&self) -> f64 {
         self.rest.last()

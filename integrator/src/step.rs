@@ -31,6 +31,10 @@ pub trait Integrator: Send {
     /// the settings. Integrators without such a choice do nothing.
     fn force_curvature(&mut self, _policy: Option<CurvaturePolicy>) {}
 
+    /// Fixes the relative tolerance of the linear solves for integrators that
+    /// choose it themselves; `None` leaves it to them again.
+    fn force_tolerance(&mut self, _tolerance: Option<f64>) {}
+
     /// Heap memory of work arrays [bytes].
     fn heap_bytes(&self) -> usize;
 }

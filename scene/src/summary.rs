@@ -173,7 +173,7 @@ pub struct Decision {
     /// Key of the scene file.
     pub setting: String,
     /// The value.
-    pub value: f64,
+    pub value: serde_json::Value,
     /// Why.
     pub why: String,
 }

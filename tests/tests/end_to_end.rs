@@ -58,6 +58,42 @@ fn run(directory: &Path) -> RunResult {
     driver::run(&built(), &options(directory, false), &mut Silent, &never()).expect("a run")
 }
 
+/// Loose linear solves early in Newton's iteration take fewer of their
+/// iterations and lead to the same cloth, to what the tolerance allows.
+#[test]
+fn eisenstat_walker() {
+    let run = |forcing: &str| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let set = [
+            ("solver.forcing", forcing),
+            ("solver.tolerance", "1e-4"),
+            ("integrator.newton_tolerance", "1e-4"),
+        ];
+        let set = set.map(|(k, v)| (k.to_owned(), v.to_owned()));
+        let parsed = file::parse(SCENE, Path::new("handkerchief.toml"), &set).expect("valid");
+        let built = BuiltScene::new(parsed).expect("a scene that can be built");
+        driver::run(
+            &built,
+            &options(folder.path(), false),
+            &mut Silent,
+            &never(),
+        )
+        .expect("a run")
+    };
+    let (constant, forced) = (run("constant"), run("eisenstat-walker"));
+    let (a, b) = (&constant.summary, &forced.summary);
+    println!(
+        "{} and {} linear iterations",
+        a.linear_iterations, b.linear_iterations
+    );
+    assert!(b.linear_iterations < a.linear_iterations);
+    let distance = |(a, b): (&f64, &f64)| (a - b).abs();
+    let pairs = constant.positions.iter().zip(&forced.positions);
+    let largest = pairs.map(distance).fold(0.0, f64::max);
+    println!("{largest:.2e} m apart");
+    assert!(largest < 1e-3 && largest > 0.0);
+}
+
 fn summary(directory: &Path) -> serde_json::Value {
     let text = std::fs::read_to_string(directory.join("summary.json")).expect("summary.json");
     serde_json::from_str(&text).expect("JSON")

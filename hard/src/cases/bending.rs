@@ -84,9 +84,7 @@ pub static CASES: [Case; 6] = [
         bounds: &[below("displacement", "m", 1e-8)],
         pace: Pace::Quick,
         axes: ALONE,
-        expected: Expected::Fails(
-            "rest angles of cloth from files are flat: scenes have no key for a curved rest shape",
-        ),
+        expected: Expected::Passes,
         run: closed,
     },
 ];
@@ -325,7 +323,7 @@ fn closed(b: &Bench) -> Result<Figures, HardError> {
     let text = scene(&[
         BARE,
         STIFF,
-        "[[cloth]]\nkind = \"mesh\"\nfile = \"ball.obj\"\nrest = \"shape\"\nfabric = \"f\"\n",
+        "[[cloth]]\nkind = \"mesh\"\nfile = \"ball.obj\"\nrest = \"shape\"\nrest_angles = \"shape\"\nfabric = \"f\"\n",
     ]);
     let set = [
         ("simulation.duration", "1.0"),

@@ -6,12 +6,13 @@ use std::ops::Range;
 use selvedge_garment::{GarmentMesh, Pattern, pattern};
 use selvedge_linsolve::{Pattern as BlockPattern, Permutation, reverse_cuthill_mckee};
 use selvedge_shell_model::fabric::Fabric;
+use selvedge_shell_model::shape::hinge_angles;
 use selvedge_shell_model::{ShellMesh, sheet};
 
 use super::rest;
 use super::sewn::{Sewn, held_labels};
 use crate::diagnostic::{Diagnostics, Finding};
-use crate::file::model::{Cloth, ClothShape, Lattice, MeshRest, Reorder};
+use crate::file::model::{Cloth, ClothShape, Lattice, MeshRest, Reorder, RestAngles};
 use crate::file::obj::{self, Purpose};
 use crate::file::{Parsed, SceneFile};
 
@@ -119,6 +120,31 @@ impl Geometry {
         self.to_scene(solver.as_chunks::<3>().0).into_flattened()
     }
 
+    /// Rest angle of every hinge \[rad\], where a piece is not flat at rest.
+    pub fn rest_angles(&self, scene: &SceneFile) -> Option<Vec<f64>> {
+        let curved = |part: &Part| {
+            let shape = scene.cloth.iter().find(|c| c.name == part.name);
+            let shape = shape.map(|c| &c.shape);
+            matches!(shape, Some(ClothShape::Mesh { rest_angles, .. })
+                if *rest_angles == RestAngles::Shape)
+        };
+        let curved: Vec<&Part> = self.parts.iter().filter(|p| curved(p)).collect();
+        if curved.is_empty() {
+            return None;
+        }
+        let mut bent = vec![false; self.mesh.points()];
+        for p in curved.iter().flat_map(|part| part.points.clone()) {
+            bent[self.order.new_of_old[p as usize] as usize] = true;
+        }
+        let mut angles = hinge_angles(&self.mesh, self.positions.as_flattened());
+        for (angle, hinge) in angles.iter_mut().zip(self.mesh.hinges()) {
+            if !bent[hinge.points[0] as usize] {
+                *angle = 0.0;
+            }
+        }
+        Some(angles)
+    }
+
     /// A piece by its name.
     pub fn part(&self, name: &str) -> Option<&Part> {
         self.parts.iter().find(|p| p.name == name)
@@ -153,10 +179,10 @@ fn add_cloth(
                 .map(|material| (Some(material), None, Vec::new()))
                 .map_err(|message| fail("size", message))
         }
-        ClothShape::Mesh { file, scale, rest } => {
-            add_mesh(&parsed.scene, file, *scale, *rest, fabric, draft, findings)
-                .map(|()| (None, None, Vec::new()))
-        }
+        ClothShape::Mesh {
+            file, scale, rest, ..
+        } => add_mesh(&parsed.scene, file, *scale, *rest, fabric, draft, findings)
+            .map(|()| (None, None, Vec::new())),
         ClothShape::Pattern {
             file,
             panel_fabric,

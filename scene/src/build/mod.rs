@@ -20,8 +20,8 @@ use selvedge_collision::{
 };
 use selvedge_energy::DofLayout;
 use selvedge_integrator::{
-    BackwardEuler, ControlSettings, CurvaturePolicy, Inertia, NewtonSettings, RelaxationSettings,
-    ResidualNorm, ScenePlan, Settings, Simulation, State, StopSettings, Term,
+    BackwardEuler, ControlSettings, CurvaturePolicy, Forcing, Inertia, NewtonSettings,
+    RelaxationSettings, ResidualNorm, ScenePlan, Settings, Simulation, State, StopSettings, Term,
 };
 use selvedge_shell_model::{
     BendingOptions, DampingKind, SharedScalar, bending_term, drag_term, lumped_masses,
@@ -91,6 +91,9 @@ pub struct Built {
     /// What is on and off, and why.
     pub effects: Vec<EffectRow>,
 }
+
+/// Loosest relative tolerance of a linear solve that `eisenstat-walker` takes.
+const LOOSEST: f64 = 0.1;
 
 impl BuiltScene {
     /// Reads and meshes everything that the scene names.
@@ -178,6 +181,13 @@ impl BuiltScene {
                     model::CurvatureKind::Exact => CurvaturePolicy::Exact,
                     model::CurvatureKind::Projected => CurvaturePolicy::Projected,
                 },
+                forcing: match scene.solver.forcing {
+                    model::ForcingKind::Constant => Forcing::Constant,
+                    model::ForcingKind::EisenstatWalker => Forcing::EisenstatWalker {
+                        tightest: scene.solver.tolerance,
+                        loosest: LOOSEST.max(scene.solver.tolerance),
+                    },
+                },
             },
             drag: None,
             hold_labels: true,
@@ -217,8 +227,10 @@ impl BuiltScene {
         let mut terms = Vec::new();
         let membrane = membrane_term(&g.mesh, &fabrics, damping).map_err(model_error)?;
         terms.push(Term::fabric(membrane));
+        let rest_angles = g.rest_angles(scene);
         let options = BendingOptions {
             damping,
+            rest_angles: rest_angles.as_deref(),
             ..BendingOptions::default()
         };
         let bending = bending_term(&g.mesh, &fabrics, &options).map_err(model_error)?;

@@ -22,7 +22,7 @@ impl Ladder {
             0 => self.tolerance,
             _ => (1e-3 * self.tolerance).max(1e-10).min(self.tolerance),
         };
-        simulation.plan_mut().system.set_tolerance(tolerance);
+        simulation.force_tolerance(tolerance, rung >= 1);
         simulation.force_curvature((rung >= 2).then_some(CurvaturePolicy::Projected));
     }
 }

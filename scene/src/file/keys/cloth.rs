@@ -153,6 +153,15 @@ static MESH: &[Key] = &[
         "\"auto\"",
         "What is at rest.",
     ),
+    key(
+        "rest_angles",
+        Choice(&[
+            ("flat", "none: the cloth is flat where nothing bends it"),
+            ("shape", "those of the shape, as placed in the scene"),
+        ]),
+        "\"flat\"",
+        "Angles between the triangles at rest.",
+    ),
     required("file", Path, "OBJ file, relative to the scene file."),
     key(
         "scale",

@@ -218,6 +218,19 @@ pub(super) static SOLVER: Table = Table::new(
             "Residual relative to the right-hand side.",
         ),
         key(
+            "forcing",
+            Choice(&[
+                ("constant", "always to `tolerance`"),
+                (
+                    "eisenstat-walker",
+                    "to between `tolerance` and 0.1, the more exactly the faster the residual of \
+                     Newton's iteration falls",
+                ),
+            ]),
+            "\"constant\"",
+            "How exactly the systems of one step are solved.",
+        ),
+        key(
             "max_iterations",
             integer(1, 1_000_000),
             "500",

@@ -54,6 +54,8 @@ pub enum ClothShape {
         scale: f64,
         /// What is at rest.
         rest: MeshRest,
+        /// At which angles its triangles are at rest.
+        rest_angles: RestAngles,
     },
     /// A sewing pattern.
     Pattern {
@@ -81,6 +83,16 @@ pub enum MeshRest {
     Shape,
     /// Texture coordinates.
     Texture,
+}
+
+/// Angles between the triangles of a mesh file at rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RestAngles {
+    /// None: the cloth is flat.
+    Flat,
+    /// Those of the shape.
+    Shape,
 }
 
 /// Arrangement of a sheet's points.

@@ -15,16 +15,16 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub use body::{Body, BodyShape, Part};
-pub use cloth::{Cloth, ClothShape, Lattice, MeshRest};
+pub use cloth::{Cloth, ClothShape, Lattice, MeshRest, RestAngles};
 pub use fabric::{BendingEntry, FabricDamping, FabricEntry, MembraneEntry};
 pub use hold::{Attachment, Corner, Edge, Pin, PinKind, Select};
 pub use motion::{DenseKey, Interpolation, Keyframe, Rotation, dense_keys};
 pub use settings::{
     AssembleSettings, AssemblySettings, BroadPhaseKind, ContactSettings, CurvatureKind,
-    DampingKind, DampingSettings, FrictionModel, IntegratorKind, IntegratorSettings, MatrixKind,
-    MeshSettings, OutputSettings, PotentialKind, Precision, PreconditionerKind, RelaxationSettings,
-    Reorder, ResidualNormKind, Scatter, SimulationSettings, SolverKind, SolverSettings,
-    StopSettings, Switch,
+    DampingKind, DampingSettings, ForcingKind, FrictionModel, IntegratorKind, IntegratorSettings,
+    MatrixKind, MeshSettings, OutputSettings, PotentialKind, Precision, PreconditionerKind,
+    RelaxationSettings, Reorder, ResidualNormKind, Scatter, SimulationSettings, SolverKind,
+    SolverSettings, StopSettings, Switch,
 };
 pub use trim::{Button, Buttonhole};
 pub use watchdog::{WatchdogAnswer, WatchdogSettings};

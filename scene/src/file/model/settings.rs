@@ -170,12 +170,24 @@ pub struct SolverSettings {
     pub preconditioner: PreconditionerKind,
     /// Residual relative to the right-hand side.
     pub tolerance: f64,
+    /// How the tolerance follows from the iteration.
+    pub forcing: ForcingKind,
     /// Iterations of one solve.
     pub max_iterations: usize,
     /// Precision of the linear systems.
     pub precision: Precision,
     /// Storage of the matrix.
     pub matrix: MatrixKind,
+}
+
+/// How exactly the linear systems of a step are solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ForcingKind {
+    /// To `tolerance`.
+    Constant,
+    /// To between `tolerance` and 0.1, by the progress of the iteration.
+    EisenstatWalker,
 }
 
 /// Linear solver.
