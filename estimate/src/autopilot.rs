@@ -84,8 +84,8 @@ pub fn drape_within(
     } else {
         "on the mesh of the file"
     };
-    let time = choose_step(session, &mut now, target, mesh, &mut decisions)?;
-    let algebraic = choose_tolerance(session, &mut now, target, mesh, &mut decisions)?;
+    let time = STEP.choose(session, &mut now, target, mesh, &mut decisions)?;
+    let algebraic = TOLERANCE.choose(session, &mut now, target, mesh, &mut decisions)?;
 
     let mut levels = Levels::first(session, &now, length)?;
     match coarser(scene, 1.0) {
@@ -205,91 +205,95 @@ fn first_mesh(
     Ok((session.run("estimate/first-1", own, false)?, 1.0))
 }
 
-fn choose_step(
-    session: &mut Session<'_>,
-    now: &mut Companion,
-    target: Target,
-    mesh: &str,
-    decisions: &mut Vec<Decision>,
-) -> Result<ErrorPart, EstimateError> {
-    let share = TIME * target.error;
-    let mut part = unknown("no step could be compared");
-    let mut why = String::new();
-    for k in 0..=HALVINGS {
-        let half = scaled_step(now.built.scene(), 0.5);
-        let half = match attempt(session, &format!("estimate/step-{k}"), half, false)? {
-            Ok(half) => half,
-            Err(reason) => {
-                why = format!("half of it could not be run: {reason}");
-                break;
-            }
-        };
-        part = time_part(
-            MaterialMap::new(now.surface())?.distance(&half.surface()),
-            mesh,
-        );
-        if part.error_m.is_some_and(|e| e <= share) || k == HALVINGS {
-            break;
-        }
-        *now = half;
-    }
-    if why.is_empty() {
-        why = reason(&part, share, "steps half as long");
-    }
-    decisions.push(Decision {
-        setting: "integrator.max_step".to_owned(),
-        value: now.built.scene().integrator.max_step.into(),
-        why,
-    });
-    Ok(part)
+/// A setting of the integration that is tightened until it no longer matters.
+struct Knob {
+    /// Of the companions' folders.
+    name: &'static str,
+    /// Share of the wanted error.
+    share: f64,
+    /// How often it is tightened at most.
+    times: usize,
+    tighten: fn(&SceneFile) -> SceneFile,
+    /// Error from the distance to the tightened run, and what both ran on.
+    part: fn(Distance, &str) -> ErrorPart,
+    /// The tightened setting, in words.
+    other: &'static str,
+    /// The same beside its loose twin.
+    fraction: &'static str,
+    /// Keys it stands for, and their values.
+    values: fn(&SceneFile) -> Vec<(&'static str, f64)>,
 }
 
-fn choose_tolerance(
-    session: &mut Session<'_>,
-    now: &mut Companion,
-    target: Target,
-    mesh: &str,
-    decisions: &mut Vec<Decision>,
-) -> Result<ErrorPart, EstimateError> {
-    let share = ALGEBRAIC * target.error;
-    let mut part = unknown("no tolerance could be compared");
-    let mut why = String::new();
-    for k in 0..=TENTHS {
-        let tight = scaled_tolerance(now.built.scene(), 0.1);
-        let tight = match attempt(session, &format!("estimate/tolerance-{k}"), tight, false)? {
-            Ok(tight) => tight,
-            Err(reason) => {
-                why = format!("a tenth of it could not be run: {reason}");
+const STEP: Knob = Knob {
+    name: "step",
+    share: TIME,
+    times: HALVINGS,
+    tighten: |scene| scaled_step(scene, 0.5),
+    part: time_part,
+    other: "steps half as long",
+    fraction: "half",
+    values: |scene| vec![("integrator.max_step", scene.integrator.max_step)],
+};
+
+const TOLERANCE: Knob = Knob {
+    name: "tolerance",
+    share: ALGEBRAIC,
+    times: TENTHS,
+    tighten: |scene| scaled_tolerance(scene, 0.1),
+    part: algebraic_part,
+    other: "a tenth of it",
+    fraction: "a tenth",
+    values: |scene| {
+        vec![
+            (
+                "integrator.newton_tolerance",
+                scene.integrator.newton_tolerance,
+            ),
+            ("solver.tolerance", scene.solver.tolerance),
+        ]
+    },
+};
+
+impl Knob {
+    /// Tightens the setting of `now` until the error is within its share.
+    fn choose(
+        &self,
+        session: &mut Session<'_>,
+        now: &mut Companion,
+        target: Target,
+        mesh: &str,
+        decisions: &mut Vec<Decision>,
+    ) -> Result<ErrorPart, EstimateError> {
+        let share = self.share * target.error;
+        let mut part = unknown(&format!("no {} could be compared", self.name));
+        let mut why = None;
+        for k in 0..=self.times {
+            let tight = (self.tighten)(now.built.scene());
+            let name = format!("estimate/{}-{k}", self.name);
+            let tight = match attempt(session, &name, tight, false)? {
+                Ok(tight) => tight,
+                Err(reason) => {
+                    let fraction = self.fraction;
+                    why = Some(format!("{fraction} of it could not be run: {reason}"));
+                    break;
+                }
+            };
+            let distance = MaterialMap::new(now.surface())?.distance(&tight.surface());
+            part = (self.part)(distance, mesh);
+            if part.error_m.is_some_and(|e| e <= share) || k == self.times {
                 break;
             }
-        };
-        part = algebraic_part(
-            MaterialMap::new(now.surface())?.distance(&tight.surface()),
-            mesh,
-        );
-        if part.error_m.is_some_and(|e| e <= share) || k == TENTHS {
-            break;
+            *now = tight;
         }
-        *now = tight;
-    }
-    if why.is_empty() {
-        why = reason(&part, share, "a tenth of it");
-    }
-    let scene = now.built.scene();
-    for (setting, value) in [
-        (
-            "integrator.newton_tolerance",
-            scene.integrator.newton_tolerance,
-        ),
-        ("solver.tolerance", scene.solver.tolerance),
-    ] {
-        decisions.push(Decision {
+        let why = why.unwrap_or_else(|| reason(&part, share, self.other));
+        let values = (self.values)(now.built.scene());
+        decisions.extend(values.into_iter().map(|(setting, value)| Decision {
             setting: setting.to_owned(),
             value: value.into(),
             why: why.clone(),
-        });
+        }));
+        Ok(part)
     }
-    Ok(part)
 }
 
 fn reason(part: &ErrorPart, share: f64, other: &str) -> String {
