@@ -1,5 +1,6 @@
 //! Settings that meet a wanted error.
 
+use selvedge_record::compare::Distances;
 use selvedge_scene::file::SceneFile;
 use selvedge_scene::file::model::{ForcingKind, SolverSettings};
 use selvedge_scene::summary::{Decision, ErrorPart, ErrorReport};
@@ -7,7 +8,7 @@ use selvedge_scene::summary::{Decision, ErrorPart, ErrorReport};
 use crate::companion::{Companion, Session, coarser, scaled_step, scaled_tolerance};
 use crate::estimator::{attempt, unknown};
 use crate::parts::{algebraic_part, space_part, time_part, total};
-use crate::{Distance, EstimateError, MaterialMap};
+use crate::{EstimateError, MaterialMap};
 
 /// Shares of the wanted error: the mesh is what costs most.
 const SPACE: f64 = 0.6;
@@ -148,7 +149,7 @@ impl Levels {
         target: Target,
     ) -> Result<String, EstimateError> {
         let share = SPACE * target.error;
-        let mut far: Option<Distance> = None;
+        let mut far: Option<Distances> = None;
         let mut compared = 0;
         loop {
             // Two meshes show no order.
@@ -215,7 +216,7 @@ struct Knob {
     times: usize,
     tighten: fn(&SceneFile) -> SceneFile,
     /// Error from the distance to the tightened run, and what both ran on.
-    part: fn(Distance, &str) -> ErrorPart,
+    part: fn(Distances, &str) -> ErrorPart,
     /// The tightened setting, in words.
     other: &'static str,
     /// The same beside its loose twin.

@@ -34,5 +34,5 @@ pub use autopilot::{Target, Within, drape_within};
 pub use companion::{Companion, Session, coarser, scaled_step, scaled_tolerance};
 pub use error::EstimateError;
 pub use estimator::estimate;
-pub use material::{Distance, MaterialMap, Surface};
+pub use material::{MaterialMap, Surface};
 pub use parts::{algebraic_part, space_part, time_part, total};

@@ -3,6 +3,7 @@
 use parry3d_f64::math::Vector;
 use parry3d_f64::query::PointQueryWithLocation;
 use parry3d_f64::shape::TriMesh;
+use selvedge_record::compare::Distances;
 
 use crate::EstimateError;
 
@@ -17,24 +18,6 @@ pub struct Surface<'a> {
     pub panel: &'a [u16],
     /// Positions of the points, x, y, z of each [m].
     pub positions: &'a [f64],
-}
-
-/// Distances between two results over the points of the first [m].
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Distance {
-    /// Mean.
-    pub mean: f64,
-    /// 95th percentile.
-    pub p95: f64,
-    /// Largest.
-    pub max: f64,
-}
-
-impl Distance {
-    /// Mean, 95th percentile and largest.
-    pub fn to_array(self) -> [f64; 3] {
-        [self.mean, self.p95, self.max]
-    }
 }
 
 /// Finds points of the cloth by panel and material coordinates.
@@ -90,7 +73,7 @@ impl<'a> MaterialMap<'a> {
     }
 
     /// Distances of another surface's points to the same points here.
-    pub fn distance(&self, other: &Surface<'_>) -> Distance {
+    pub fn distance(&self, other: &Surface<'_>) -> Distances {
         let points = other.positions.len() / 3;
         let mut seen = vec![false; points];
         let mut all = Vec::with_capacity(points);
@@ -106,20 +89,7 @@ impl<'a> MaterialMap<'a> {
                 all.push((square(0) + square(1) + square(2)).sqrt());
             }
         }
-        statistics(all)
-    }
-}
-
-fn statistics(mut all: Vec<f64>) -> Distance {
-    if all.is_empty() {
-        return Distance::default();
-    }
-    let mean = all.iter().sum::<f64>() / all.len() as f64;
-    all.sort_by(f64::total_cmp);
-    Distance {
-        mean,
-        p95: all[(95 * all.len()).div_ceil(100).max(1) - 1],
-        max: all[all.len() - 1],
+        Distances::of(&all)
     }
 }
 
@@ -213,8 +183,9 @@ mod tests {
 
     #[test]
     fn percentiles_are_nearest_ranks() {
-        let d = statistics((1..=100).map(f64::from).collect());
+        let all: Vec<f64> = (1..=100).map(f64::from).collect();
+        let d = Distances::of(&all);
         assert_eq!((d.mean, d.p95, d.max), (50.5, 95.0, 100.0));
-        assert_eq!(statistics(Vec::new()), Distance::default());
+        assert_eq!(Distances::of(&[]), Distances::default());
     }
 }

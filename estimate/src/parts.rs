@@ -1,8 +1,7 @@
 //! From distances between runs to errors.
 
+use selvedge_record::compare::Distances;
 use selvedge_scene::summary::ErrorPart;
-
-use crate::Distance;
 
 /// Lowest and highest order believed of the mesh: below, the meshes are too
 /// coarse to tell; linear triangles have no higher one.
@@ -15,7 +14,7 @@ const ORDERS: (f64, f64) = (1.0, 2.0);
 /// e = near / (2^p − 1),   p = log2(far / near) ∈ [1, 2]
 /// ```
 /// Without `far` the order counts as 1.
-pub fn space_part(near: Distance, far: Option<Distance>) -> ErrorPart {
+pub fn space_part(near: Distances, far: Option<Distances>) -> ErrorPart {
     let ratio = far.map(|far| far.mean / near.mean);
     let seen = ratio.filter(|r| r.is_finite() && *r > 0.0).map(f64::log2);
     let order = seen.unwrap_or(ORDERS.0).clamp(ORDERS.0, ORDERS.1);
@@ -33,7 +32,7 @@ pub fn space_part(near: Distance, far: Option<Distance>) -> ErrorPart {
     };
     ErrorPart {
         error_m: Some(near.mean / (order.exp2() - 1.0)),
-        distance_m: Some(near.to_array()),
+        distance_m: Some([near.mean, near.p95, near.max]),
         order: Some(order),
         how,
     }
@@ -41,10 +40,10 @@ pub fn space_part(near: Distance, far: Option<Distance>) -> ErrorPart {
 
 /// Error of the time step from the distance to a run with half of it: twice
 /// that, backward Euler being of first order. `mesh` says what both ran on.
-pub fn time_part(halved: Distance, mesh: &str) -> ErrorPart {
+pub fn time_part(halved: Distances, mesh: &str) -> ErrorPart {
     ErrorPart {
         error_m: Some(2.0 * halved.mean),
-        distance_m: Some(halved.to_array()),
+        distance_m: Some([halved.mean, halved.p95, halved.max]),
         order: Some(1.0),
         how: format!("against steps half as long, {mesh}"),
     }
@@ -52,10 +51,10 @@ pub fn time_part(halved: Distance, mesh: &str) -> ErrorPart {
 
 /// Error of the tolerances from the distance to a run with a tenth of them, as
 /// if proportional to them.
-pub fn algebraic_part(tightened: Distance, mesh: &str) -> ErrorPart {
+pub fn algebraic_part(tightened: Distances, mesh: &str) -> ErrorPart {
     ErrorPart {
         error_m: Some(tightened.mean / 0.9),
-        distance_m: Some(tightened.to_array()),
+        distance_m: Some([tightened.mean, tightened.p95, tightened.max]),
         order: None,
         how: format!("against tolerances ten times tighter, {mesh}"),
     }
@@ -71,11 +70,12 @@ mod tests {
     use super::*;
     use approx::assert_relative_eq;
 
-    fn mean(mean: f64) -> Distance {
-        Distance {
+    fn mean(mean: f64) -> Distances {
+        Distances {
             mean,
             p95: 2.0 * mean,
             max: 3.0 * mean,
+            ..Distances::default()
         }
     }
 

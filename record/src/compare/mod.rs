@@ -32,7 +32,8 @@ pub struct Distances {
 }
 
 impl Distances {
-    fn of(distances: &[f64]) -> Self {
+    /// Statistics of distances \[m\]; zeros where there are none.
+    pub fn of(distances: &[f64]) -> Self {
         let count = distances.len();
         if count == 0 {
             return Self::default();
