@@ -2,6 +2,10 @@ use crate::{ControlSettings, StopSettings};
 
 /// Step size: cut by the splitting factor on a rejection, grown by its inverse
 /// after a run of accepted steps [Pizana2025, § 3.1.3].
+///
+/// Deviation: a step that took many iterations does not count, since a larger
+/// one would be rejected, and that costs all the iterations of a step. (With a
+/// folding sheet on a floor one step in seven was.)
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepControl {
     settings: ControlSettings,
@@ -37,9 +41,13 @@ impl StepControl {
         self.rejected_run
     }
 
-    /// Books an accepted step.
-    pub fn accept(&mut self) {
+    /// Books an accepted step and the Newton iterations that it took.
+    pub fn accept(&mut self, iterations: usize) {
         self.rejected_run = 0;
+        if iterations > self.settings.recovery_iterations {
+            self.accepted_run = 0;
+            return;
+        }
         self.accepted_run += 1;
         if self.accepted_run >= self.settings.recovery_steps {
             self.accepted_run = 0;
@@ -144,11 +152,20 @@ mod tests {
         assert!(c.reject());
         assert_eq!(c.dt(), 0.75e-3);
         for _ in 0..4 {
-            c.accept();
+            c.accept(3);
             assert_eq!(c.dt(), 0.75e-3);
         }
-        c.accept();
+        c.accept(1);
         assert_eq!(c.dt(), 1e-3);
+    }
+
+    /// A laborious step does not lead to a larger one.
+    #[test]
+    fn laborious_steps_do_not_count() {
+        let mut c = StepControl::new(ControlSettings::default(), 1.0);
+        c.reject();
+        (0..50).for_each(|i| c.accept(if i % 5 == 4 { 4 } else { 1 }));
+        assert_eq!(c.dt(), 0.75e-3);
     }
 
     /// Rejections end in `false` after ln(2^20) / ln(4/3) = 48.2 of them.

@@ -112,6 +112,9 @@ pub struct ControlSettings {
     pub splitting: f64,
     /// Accepted steps in a row before the step grows by `1 / splitting`.
     pub recovery_steps: usize,
+    /// Newton iterations above which an accepted step starts that count anew:
+    /// a larger one would be rejected.
+    pub recovery_iterations: usize,
     /// Smallest step as a fraction of the largest [1].
     pub min_step_fraction: f64,
 }
@@ -122,6 +125,7 @@ impl Default for ControlSettings {
             max_step: 1e-3,
             splitting: 0.75,
             recovery_steps: 5,
+            recovery_iterations: 3,
             min_step_fraction: 1.0 / (1u32 << 20) as f64,
         }
     }
@@ -226,6 +230,7 @@ impl Settings {
         positive("max_step", c.max_step)?;
         fraction("step_splitting", c.splitting)?;
         at_least_one("recovery_steps", c.recovery_steps)?;
+        at_least_one("recovery_iterations", c.recovery_iterations)?;
         fraction("min_step_fraction", c.min_step_fraction)?;
         let r = &self.relaxation;
         non_negative("relaxation.duration", r.duration)?;

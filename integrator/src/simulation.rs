@@ -180,7 +180,7 @@ impl Simulation {
     }
 
     fn accept(&mut self, report: &StepReport, in_window: bool) {
-        self.control.accept();
+        self.control.accept(report.newton_iterations);
         let c = &mut self.counters;
         c.steps += 1;
         c.newton_iterations += report.newton_iterations as u64;

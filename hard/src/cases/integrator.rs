@@ -341,7 +341,7 @@ fn storm(_: &Bench) -> Result<Figures, HardError> {
             }
         } else {
             accepted += 1;
-            control.accept();
+            control.accept(1);
         }
     }
     let mut control = StepControl::new(settings, 1.0);

@@ -150,6 +150,7 @@ impl BuiltScene {
                     max_step: i.max_step,
                     splitting: i.step_splitting,
                     recovery_steps: i.recovery_steps,
+                    recovery_iterations: i.recovery_iterations,
                     min_step_fraction: (i.min_step / i.max_step).min(0.5),
                 },
                 relaxation: if r.enabled {
@@ -381,7 +382,10 @@ impl BuiltScene {
         let friction = |coefficient: f64| match c.friction_model {
             _ if !stage.friction || coefficient <= 0.0 => None,
             FrictionModel::None => None,
-            FrictionModel::Anchored => Some(Friction::Anchored(FrictionAnchored::new(coefficient))),
+            FrictionModel::Anchored => Some(Friction::Anchored(FrictionAnchored {
+                stiffness_ratio: c.anchor_stiffness,
+                ..FrictionAnchored::new(coefficient)
+            })),
             FrictionModel::Lagged => Some(Friction::Lagged(FrictionLagged::new(coefficient))),
         };
         let quadratic = |base: ContactQuadratic, thickness: f64, stiffness: f64| {

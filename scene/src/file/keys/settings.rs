@@ -59,6 +59,12 @@ pub(super) static INTEGRATOR: Table = Table::new(
             "Accepted steps in a row before the step grows again.",
         ),
         key(
+            "recovery_iterations",
+            integer(1, 1000),
+            "3",
+            "Newton iterations above which a step does not count for that.",
+        ),
+        key(
             "residual_norm",
             Choice(&[
                 ("mass", "mean velocity error [m/s], the same for every mesh"),
@@ -368,6 +374,13 @@ pub(super) static CONTACT: Table = Table::new(
             ]),
             "\"anchored\"",
             "Friction.",
+        ),
+        key(
+            "anchor_stiffness",
+            number("", Range::up_to(10.0)),
+            "0.1",
+            "Stiffness of the anchors of `friction_model = \"anchored\"`, relative to that of the \
+             contact.",
         ),
     ],
 );

@@ -71,6 +71,8 @@ pub struct IntegratorSettings {
     pub step_splitting: f64,
     /// Accepted steps in a row before the step grows again.
     pub recovery_steps: usize,
+    /// Newton iterations above which a step does not count for that.
+    pub recovery_iterations: usize,
     /// Norm of the residual.
     pub residual_norm: ResidualNormKind,
     /// Second derivatives in Newton's matrix.
@@ -298,6 +300,8 @@ pub struct ContactSettings {
     pub friction: Option<f64>,
     /// Friction.
     pub friction_model: FrictionModel,
+    /// Stiffness of the anchors of `friction_model = "anchored"`, relative to that of the contact.
+    pub anchor_stiffness: f64,
 }
 
 /// Search for nearby pairs.
