@@ -7,7 +7,8 @@
 # What is there already is kept: delete out/studies for new times. STUDY_OPTIONS
 # goes to every study, for example STUDY_OPTIONS="--repeat 3"; ONLY names the
 # tables to make, for example ONLY="matrix precision", and SPLITTINGS the columns of
-# Table 1.
+# Table 1. ONLY="stack" makes Table 8; ONLY="garments" makes Table 7 on the sewing
+# patterns of GARMENTS, a folder with garments/*.json and bodies/*.obj.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 selvedge=${SELVEDGE:-target/release/selvedge}
@@ -22,16 +23,78 @@ chosen=(--set integrator.residual_norm=paper --set integrator.newton_tolerance=1
 # A reference that differs in tolerances alone, as the paper's does.
 tight=(--plain-reference --reference integrator.newton_tolerance=1e-7)
 
+keep() { # NAME FOLDER
+    mkdir -p "docs/studies/$1"
+    cp "$2"/study.{csv,json} "docs/studies/$1"
+}
+
+asked() { # TABLE
+    case " $only " in *" $1 "*) ;; *) return 1 ;; esac
+}
+
 study() { # TABLE SIZE FABRIC OPTIONS...
     local table=$1 size=$2 fabric=$3 name=twist-$2-$3-$1 folder=out/studies/twist-$2-$3
     shift 3
-    case " $only " in *" $table "*) ;; *) return 0 ;; esac
+    asked "$table" || return 0
     # shellcheck disable=SC2086
     "$selvedge" study "scenes/study/twist-$size-$fabric.toml" --time cpu --resume \
         "${chosen[@]}" "$@" ${STUDY_OPTIONS:-} -o "$folder"
-    mkdir -p "docs/studies/$name"
-    cp "$folder"/study.{csv,json} "docs/studies/$name"
+    keep "$name" "$folder"
 }
+
+stack() { # NAME SHEETS OPTIONS...
+    local name=$1 sheets=$2 folder=out/studies/stack-$1
+    shift 2
+    # shellcheck disable=SC2086
+    "$selvedge" study "scenes/study/stack-$sheets.toml" --time cpu --resume --floor 1 \
+        --reference integrator.max_step=5e-4 --vary integrator.max_step=1e-3,2e-3,4e-3 \
+        "$@" ${STUDY_OPTIONS:-} -o "$folder"
+    keep "stack-$name" "$folder"
+}
+
+garment() { # NAME BODY
+    local name=$1 folder=out/studies/garment-$1
+    local base=${GARMENTS:?a folder with garments/*.json and bodies/*.obj}
+    mkdir -p out/studies
+    cat > "out/studies/$name.toml" <<EOF
+name = "$name"
+[simulation]
+duration = 0.3
+[mesh]
+edge_length = 0.02
+[[cloth]]
+kind = "pattern"
+file = "$(realpath "$base")/garments/$name.json"
+[[body]]
+kind = "mesh"
+file = "$(realpath "$base")/bodies/$2.obj"
+EOF
+    # shellcheck disable=SC2086
+    "$selvedge" study "out/studies/$name.toml" --time cpu --resume --floor 0 --plain-reference \
+        --set assembly.threads=1 --vary "$features" ${STUDY_OPTIONS:-} -o "$folder"
+    keep "garment-$name" "$folder"
+}
+
+features="solver.matrix&solver.precision&solver.preconditioner&assembly.reorder&assembly.scatter=\
+reassembled&f64&none&none&atomics,dual&f64&none&none&atomics,dual&mixed&none&none&atomics,\
+dual&mixed&block-jacobi&none&atomics,dual&mixed&block-jacobi&rcm&atomics,\
+dual&mixed&block-jacobi&rcm&coloured,dual&mixed&auto&rcm&coloured"
+
+if asked stack; then
+    sheet='cloth.0.points=[34,34]' bending=fabric.sheet.bending.rigidity
+    stack baseline 1
+    stack coarse 1 --set "$sheet"
+    stack stiff-stretch 1 --set fabric.sheet.membrane.stiffness=5e4
+    stack compliant-bending 1 --set $bending=5e-6
+    stack stiff-bending 1 --set $bending=5e-4
+    stack two 2
+    stack three 3
+fi
+if asked garments; then
+    for name in ${NAMES:-g005 g016 g018 g033 g046 g061 g071 g072 hoody_mean shirt_mean}; do
+        garment "$name" mean_all
+    done
+fi
 
 for size in "${sizes[@]}"; do
     for fabric in ${FABRICS:-soft stiff}; do
@@ -42,11 +105,7 @@ for size in "${sizes[@]}"; do
         study reorder "$size" "$fabric" "${tight[@]}" --vary assembly.reorder=none,rcm
         study scatter "$size" "$fabric" "${tight[@]}" --set assembly.threads=2 \
             --vary assembly.scatter=atomics,coloured
-        study cumulative "$size" "$fabric" "${tight[@]}" --vary \
-            "solver.matrix&solver.precision&solver.preconditioner&assembly.reorder&assembly.scatter=\
-reassembled&f64&none&none&atomics,dual&f64&none&none&atomics,dual&mixed&none&none&atomics,\
-dual&mixed&block-jacobi&none&atomics,dual&mixed&block-jacobi&rcm&atomics,\
-dual&mixed&block-jacobi&rcm&coloured,dual&mixed&auto&rcm&coloured"
+        study cumulative "$size" "$fabric" "${tight[@]}" --vary "$features"
         study linear "$size" "$fabric" "${tight[@]}" \
             --vary integrator.newton_tolerance=1e-5,1e-4,1e-3,1e-2,1e-1 \
             --vary solver.tolerance=1e-3,1e-2,1e-1

@@ -15,7 +15,9 @@
 //!
 //! An entry of `show` is a column of `study.csv`, then a heading and a factor.
 //! `names` and `head` replace the texts of the first column.
-//! With `columns` there is one table for each entry of `show`. A block with
+//! With `columns` there is one table for each entry of `show`. So there is with
+//! `turned = true`: a line for each study and a column for each row value; where
+//! `ratio` is given, the ratio alone, with its median, least and greatest. A block with
 //! `facts = true` and `from` alone lists scene, reference, floor and
 //! recommendation.
 
@@ -48,6 +50,8 @@ struct Block {
     names: Vec<String>,
     #[serde(default)]
     head: Option<String>,
+    #[serde(default)]
+    turned: bool,
     #[serde(default)]
     facts: bool,
 }
@@ -237,6 +241,7 @@ fn tables(block: &Block, sources: &[Source]) -> Result<String, String> {
         return Err(format!("`names` has {names} entries for {rows} rows"));
     }
     match &block.columns {
+        _ if block.turned => turned(block, sources, &shows, &rows),
         Some(columns) => wide(block, sources, &shows, &rows, columns),
         None => long(block, sources, &shows, &rows),
     }
@@ -327,6 +332,65 @@ fn long(
     Ok(markdown(&heads, &lines))
 }
 
+/// A table for each figure with a line for each study.
+fn turned(
+    block: &Block,
+    sources: &[Source],
+    shows: &[Show],
+    rows: &[String],
+) -> Result<String, String> {
+    let mut out = String::new();
+    for show in shows {
+        let ratio = block
+            .ratio
+            .as_ref()
+            .filter(|_| !show.column.ends_with("_m"));
+        let mut heads = vec![block.head.clone().unwrap_or_default()];
+        heads.extend(first_column(block, rows).into_iter().flatten());
+        let mut lines = Vec::new();
+        let mut numbers = vec![Vec::new(); rows.len()];
+        for source in sources {
+            let of = |row: &String| figure(source, &[(block.rows.as_str(), row.as_str())], show);
+            let baseline = ratio.map(of).transpose()?;
+            let mut line = vec![source.name.clone()];
+            for (row, numbers) in rows.iter().zip(&mut numbers) {
+                let cell = match (&baseline, of(row)?) {
+                    (Some(Cell::Number(b)), Cell::Number(x)) if x != 0.0 => Cell::Number(b / x),
+                    (Some(_), Cell::Number(_)) => Cell::Text("–".to_owned()),
+                    (_, cell) => cell,
+                };
+                if let Cell::Number(x) = cell {
+                    numbers.push(x);
+                }
+                line.push(cell.text());
+            }
+            lines.push(line);
+        }
+        if ratio.is_some() {
+            let all: [(&str, fn(&[f64]) -> Option<f64>); 3] = [
+                ("median", |v| median(v)),
+                ("least", |v| v.iter().copied().reduce(f64::min)),
+                ("greatest", |v| v.iter().copied().reduce(f64::max)),
+            ];
+            for (name, of) in all {
+                let cell = |v: &Vec<f64>| of(v).map_or("–".to_owned(), digits);
+                let mut line = vec![format!("*{name}*")];
+                line.extend(numbers.iter().map(cell));
+                lines.push(line);
+            }
+        }
+        let times = if ratio.is_some() { ", times less" } else { "" };
+        let _ = write!(
+            out,
+            "{}{times}:\n\n{}\n",
+            show.heading,
+            markdown(&heads, &lines)
+        );
+    }
+    out.pop();
+    Ok(out)
+}
+
 fn facts(sources: &[Source]) -> String {
     let mut out = String::new();
     let list = |settings: &[(String, String)]| {
@@ -391,5 +455,26 @@ mod tests {
         assert!(message("```study\nfrom = 3\n```\n").starts_with("t.md:1: "));
         assert!(message("```study\nfrom = {}\n```\n").contains("no study"));
         assert!(message("```study\nfrom = { a = \"b\" }\n```\n").contains("/nowhere/b"));
+    }
+
+    /// Studies as lines: the baseline's ratio to itself is 1, and so is what is
+    /// said of all.
+    #[test]
+    fn turned_tables_summarise() {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/studies");
+        let block = |more: &str| {
+            let study = "twist-nano-soft-precision";
+            format!(
+                "```study\nfrom = {{ a = \"{study}\", b = \"{study}\", c = \"{study}\" }}\n\
+                 rows = \"solver.precision\"\nshow = [\"cpu_median_s | time\"]\n\
+                 turned = true\n{more}```\n"
+            )
+        };
+        let table = fill(&block("ratio = \"f64\"\n"), "t.md", &folder).unwrap();
+        assert!(table.starts_with("time, times less:\n\n|  | f64 | mixed |\n"));
+        let ones = table.lines().filter(|l| l.contains("| 1 |")).count();
+        assert_eq!(ones, 6, "{table}");
+        let plain = fill(&block(""), "t.md", &folder).unwrap();
+        assert!(!plain.contains("*median*") && !plain.contains("times less"));
     }
 }
