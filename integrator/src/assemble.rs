@@ -6,8 +6,9 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use selvedge_energy::{Curvature, EnergyBatch, EvalPoint};
-use selvedge_linsolve::{ChunkColouring, Pattern, Real, SharedValues, colour_chunks};
+use selvedge_linsolve::{ChunkColouring, Pattern, Real, colour_chunks};
 
+use crate::sink::{Plain, Shared, Sink};
 use crate::{Ledger, PlanError, Term};
 
 /// How threads share the arrays that they scatter into.
@@ -37,6 +38,18 @@ impl Default for AssemblyOptions {
             scatter: Scatter::Coloured,
             chunk: 128,
         }
+    }
+}
+
+impl AssemblyOptions {
+    /// Whether nobody else writes: one thread that need not show what atomics
+    /// cost.
+    fn alone(&self) -> bool {
+        self.scatter == Scatter::Coloured && rayon::current_num_threads() == 1
+    }
+
+    fn shared<'a, T: Real>(&self, values: &'a mut [T]) -> Shared<'a, T> {
+        Shared::new(values, self.scatter == Scatter::Atomics)
     }
 }
 
@@ -122,23 +135,21 @@ impl Assembler {
         energies: &mut [f64],
         ledger: &mut Ledger,
     ) {
-        let atomic = self.options.scatter == Scatter::Atomics;
-        let out = SharedValues::new(impulse);
         for ((term, schedule), energy) in terms.iter().zip(&mut self.schedules).zip(energies) {
             let start = Instant::now();
-            let batch = term.batch.as_ref();
             let factor = if term.relaxed { stiffness } else { 1.0 };
-            let m = batch.local_dim();
-            schedule.run(|range, [g, _]| {
-                g.resize(BLOCK * m, 0.0);
-                let mut value = 0.0;
-                for block in blocks(range) {
-                    let g = &mut g[..block.len() * m];
-                    value += batch.gradients(at, block.clone(), g);
-                    scatter_gradient(batch, block, g, -at.dt * factor, &out, atomic);
-                }
-                value
-            });
+            let work = ForceWork {
+                batch: term.batch.as_ref(),
+                at,
+                factor,
+            };
+            if self.options.alone() {
+                let mut out = Plain(&mut *impulse);
+                schedule.run_alone(|range, scratch| work.run(range, scratch, &mut out));
+            } else {
+                let out = self.options.shared(impulse);
+                schedule.run(|range, scratch| work.run(range, scratch, &mut out.clone()));
+            }
             *energy = factor * schedule.sum();
             ledger.book("forces", start.elapsed());
         }
@@ -158,44 +169,33 @@ impl Assembler {
         energies: &mut [f64],
         ledger: &mut Ledger,
     ) {
-        let atomic = self.options.scatter == Scatter::Atomics;
-        let out = SharedValues::new(impulse);
-        let blocks_out = SharedValues::new(values);
         for ((term, schedule), energy) in terms.iter().zip(&mut self.schedules).zip(energies) {
             let start = Instant::now();
-            let batch = term.batch.as_ref();
             let factor = if term.relaxed { stiffness } else { 1.0 };
-            let scale = at.dt * at.dt * factor;
-            let m = batch.local_dim();
             let slots = std::mem::take(&mut schedule.slots);
-            schedule.run(|range, [g, h]| {
-                g.resize(BLOCK * m, 0.0);
-                h.resize(BLOCK * m * m, 0.0);
-                let mut value = 0.0;
-                for block in blocks(range) {
-                    let g = &mut g[..block.len() * m];
-                    let h = &mut h[..block.len() * m * m];
-                    value += batch.hessians(at, curvature, block.clone(), g, h);
-                    scatter_gradient(batch, block.clone(), g, -at.dt * factor, &out, atomic);
-                    let target = Target {
-                        pattern,
-                        slots: &slots,
-                        values: &blocks_out,
-                        atomic,
-                    };
-                    match m {
-                        3 => target.scatter::<1, 3>(batch, block, h, scale),
-                        6 => target.scatter::<2, 6>(batch, block, h, scale),
-                        9 => target.scatter::<3, 9>(batch, block, h, scale),
-                        12 => target.scatter::<4, 12>(batch, block, h, scale),
-                        _ => target.scatter_any(batch, block, h, scale),
-                    }
-                }
-                value
-            });
+            let work = MatrixWork {
+                forces: ForceWork {
+                    batch: term.batch.as_ref(),
+                    at,
+                    factor,
+                },
+                curvature,
+                pattern,
+                slots: &slots,
+            };
+            if self.options.alone() {
+                let (mut out, mut matrix) = (Plain(&mut *impulse), Plain(&mut *values));
+                schedule
+                    .run_alone(|range, scratch| work.run(range, scratch, &mut out, &mut matrix));
+            } else {
+                let (out, matrix) = (self.options.shared(impulse), self.options.shared(values));
+                schedule.run(|range, scratch| {
+                    work.run(range, scratch, &mut out.clone(), &mut matrix.clone())
+                });
+            }
             schedule.slots = slots;
             *energy = factor * schedule.sum();
-            ledger.time_term("assembly", batch.name(), start.elapsed());
+            ledger.time_term("assembly", term.batch.name(), start.elapsed());
         }
     }
 
@@ -221,7 +221,7 @@ impl Schedule {
                 (c, SCRATCH.with_borrow_mut(|scratch| work(range, scratch)))
             };
             // A lone chunk is not worth a thread's wake-up.
-            if colour.len() < 2 || rayon::current_num_threads() == 1 {
+            if colour.len() < 2 {
                 for c in colour {
                     let (c, value) = one(c);
                     self.values[c as usize] = value;
@@ -232,6 +232,15 @@ impl Schedule {
                     self.values[c as usize] = value;
                 }
             }
+        }
+    }
+
+    /// The same chunks in the same order, for work that shares nothing.
+    fn run_alone(&mut self, mut work: impl FnMut(Range<usize>, &mut [Vec<f64>; 2]) -> f64) {
+        for &c in self.colouring.colours.iter().flatten() {
+            let r = &self.colouring.chunks[c as usize];
+            let range = r.start as usize..r.end as usize;
+            self.values[c as usize] = SCRATCH.with_borrow_mut(|scratch| work(range, scratch));
         }
     }
 
@@ -265,57 +274,92 @@ fn slots(batch: &dyn EnergyBatch, pattern: &Pattern) -> Vec<u32> {
     all
 }
 
-fn scatter_gradient(
-    batch: &dyn EnergyBatch,
-    block: Range<usize>,
-    gradients: &[f64],
+/// Gradients of the chunks of one term.
+struct ForceWork<'a> {
+    batch: &'a dyn EnergyBatch,
+    at: &'a EvalPoint<'a>,
     factor: f64,
-    out: &SharedValues<'_, f64>,
-    atomic: bool,
-) {
-    let (gradients, _) = gradients.as_chunks::<3>();
-    let mut at = 0;
-    for e in block {
-        for &node in batch.nodes(e) {
-            if atomic {
-                out.add_point_atomic(node as usize, &gradients[at], factor);
-            } else {
-                out.add_point(node as usize, &gradients[at], factor);
+}
+
+impl ForceWork<'_> {
+    fn run(
+        &self,
+        range: Range<usize>,
+        [g, _]: &mut [Vec<f64>; 2],
+        out: &mut impl Sink<f64>,
+    ) -> f64 {
+        let m = self.batch.local_dim();
+        g.resize(BLOCK * m, 0.0);
+        let mut value = 0.0;
+        for block in blocks(range) {
+            let g = &mut g[..block.len() * m];
+            value += self.batch.gradients(self.at, block.clone(), g);
+            self.scatter(block, g, out);
+        }
+        value
+    }
+
+    fn scatter(&self, block: Range<usize>, gradients: &[f64], out: &mut impl Sink<f64>) {
+        let scale = -self.at.dt * self.factor;
+        let mut gradients = gradients.as_chunks::<3>().0.iter();
+        for e in block {
+            for (&node, g) in self.batch.nodes(e).iter().zip(&mut gradients) {
+                out.add_point(node as usize, g, scale);
             }
-            at += 1;
         }
     }
 }
 
-struct Target<'a, T: Real> {
+/// Gradients and second derivatives of the chunks of one term.
+struct MatrixWork<'a> {
+    forces: ForceWork<'a>,
+    curvature: Curvature,
     pattern: &'a Pattern,
     slots: &'a [u32],
-    values: &'a SharedValues<'a, T>,
-    atomic: bool,
 }
 
-impl<T: Real> Target<'_, T> {
-    #[inline]
-    fn add(&self, slot: u32, block: &[[f64; 3]; 3], scale: f64) {
-        if self.atomic {
-            self.values.add_block_atomic(slot as usize, block, scale);
-        } else {
-            self.values.add_block(slot as usize, block, scale);
+impl MatrixWork<'_> {
+    fn run<T: Real>(
+        &self,
+        range: Range<usize>,
+        [g, h]: &mut [Vec<f64>; 2],
+        out: &mut impl Sink<f64>,
+        matrix: &mut impl Sink<T>,
+    ) -> f64 {
+        let ForceWork { batch, at, factor } = self.forces;
+        let m = batch.local_dim();
+        let scale = at.dt * at.dt * factor;
+        g.resize(BLOCK * m, 0.0);
+        h.resize(BLOCK * m * m, 0.0);
+        let mut value = 0.0;
+        for block in blocks(range) {
+            let g = &mut g[..block.len() * m];
+            let h = &mut h[..block.len() * m * m];
+            value += batch.hessians(at, self.curvature, block.clone(), g, h);
+            self.forces.scatter(block.clone(), g, out);
+            match m {
+                3 => self.scatter::<T, 1, 3>(block, h, scale, matrix),
+                6 => self.scatter::<T, 2, 6>(block, h, scale, matrix),
+                9 => self.scatter::<T, 3, 9>(block, h, scale, matrix),
+                12 => self.scatter::<T, 4, 12>(block, h, scale, matrix),
+                _ => self.scatter_any(block, h, scale, matrix),
+            }
         }
+        value
     }
 
-    fn scatter<const N: usize, const M: usize>(
+    fn scatter<T: Real, const N: usize, const M: usize>(
         &self,
-        batch: &dyn EnergyBatch,
         block: Range<usize>,
         hessians: &[f64],
         scale: f64,
+        out: &mut impl Sink<T>,
     ) {
         let (rows, _) = hessians.as_chunks::<M>();
         let (hessians, _) = rows.as_chunks::<M>();
         let pairs = N * (N - 1);
         for (e, h) in block.zip(hessians) {
-            let nodes = batch.nodes(e);
+            let nodes = self.forces.batch.nodes(e);
             let mut slots = self.slots[e * pairs..(e + 1) * pairs].iter();
             for a in 0..N {
                 for b in 0..N {
@@ -324,25 +368,25 @@ impl<T: Real> Target<'_, T> {
                     } else {
                         slots.next().copied().unwrap_or_default()
                     };
-                    self.add(slot, &sub_block::<M>(h, a, b), scale);
+                    out.add_block(slot as usize, &sub_block::<M>(h, a, b), scale);
                 }
             }
         }
     }
 
     /// Stencils of other sizes.
-    fn scatter_any(
+    fn scatter_any<T: Real>(
         &self,
-        batch: &dyn EnergyBatch,
         block: Range<usize>,
         hessians: &[f64],
         scale: f64,
+        out: &mut impl Sink<T>,
     ) {
-        let n = batch.node_dims().len();
+        let n = self.forces.batch.node_dims().len();
         let m = 3 * n;
         let pairs = n * (n - 1);
         for (e, h) in block.zip(hessians.chunks_exact(m * m)) {
-            let nodes = batch.nodes(e);
+            let nodes = self.forces.batch.nodes(e);
             let mut slots = self.slots[e * pairs..(e + 1) * pairs].iter();
             for a in 0..n {
                 for b in 0..n {
@@ -354,7 +398,7 @@ impl<T: Real> Target<'_, T> {
                     let h = std::array::from_fn(|i| {
                         std::array::from_fn(|j| h[(3 * a + i) * m + 3 * b + j])
                     });
-                    self.add(slot, &h, scale);
+                    out.add_block(slot as usize, &h, scale);
                 }
             }
         }

@@ -17,6 +17,7 @@ mod norm;
 mod plan;
 mod settings;
 mod simulation;
+mod sink;
 mod state;
 mod step;
 mod system;
