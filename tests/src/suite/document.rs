@@ -18,7 +18,7 @@ pub fn markdown(results: &[(Case, Measured, f64)], command: &str) -> String {
          meshes and steps, with the order that is seen and the error that is left. What misses \
          its limit stays in the table with its figure.\n\nThis page is written by the \
          program:\n\n```sh\n{command}\n```\n\n{} quantities in {} cases, {missed} missed. \
-         {seconds:.0} s on one core, dev profile.\n\n",
+         {seconds:.0} s of wall time in the dev profile.\n\n",
         all().count(),
         results.len(),
     );
