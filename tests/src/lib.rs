@@ -14,8 +14,14 @@ use selvedge_linsolve::{BlockFilter, BlockJacobi, Direct, Mpcg, MpcgSettings, St
 use selvedge_shell_model::fabric::{BendingRigidity, Fabric, MembraneModuli};
 use selvedge_shell_model::sheet::Sheet;
 use selvedge_shell_model::{
-    BendingOptions, DampingKind, ShellMesh, bending_term, drag_term, lumped_masses, membrane_term,
+    BendingOptions, DampingKind, SharedScalar, ShellMesh, bending_term, drag_term, lumped_masses,
+    membrane_term, seam_term,
 };
+
+pub mod suite;
+
+/// Gravity of a [`Setup`], along −y [m/s²].
+pub const GRAVITY: f64 = 9.81;
 
 /// Linear solver of a [`Setup`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -69,7 +75,7 @@ impl Setup {
             positions,
             fabrics: vec![fabric],
             damping: DampingKind::Rate,
-            gravity: [0.0, -9.81, 0.0],
+            gravity: [0.0, -GRAVITY, 0.0],
             pinned: Vec::new(),
             terms: Vec::new(),
             contacts: Vec::new(),
@@ -227,6 +233,33 @@ pub fn rows(sheet: &Sheet) -> Vec<Vec<u32>> {
         }
     }
     rows
+}
+
+/// Points of a sheet that lie between the ends of their row: with the ends and
+/// where between them.
+pub fn straight_pairs(sheet: &Sheet) -> Vec<(u32, [u32; 2], f64)> {
+    let mut pairs = Vec::new();
+    for row in rows(sheet) {
+        let [a, b] = [row[0], row[row.len() - 1]];
+        let [start, end] = [a, b].map(|p| sheet.flat[p as usize][0]);
+        for &p in &row[1..row.len() - 1] {
+            let share = (sheet.flat[p as usize][0] - start) / (end - start);
+            pairs.push((p, [a, b], share));
+        }
+    }
+    pairs
+}
+
+/// Springs of so many N/m that keep the rows of a sheet straight, so that it
+/// bends to a cylinder.
+pub fn straight_rows(sheet: &Sheet, stiffness: f64) -> selvedge_shell_model::Term {
+    seam_term(&straight_pairs(sheet), SharedScalar::new(stiffness))
+}
+
+/// Stiffness [N/m] for [`straight_rows`] that bending of a rigidity [N·m] over
+/// rows so far apart [m] does not move.
+pub fn tie_stiffness(rigidity: f64, spacing: f64) -> f64 {
+    1e5 * rigidity / (spacing * spacing)
 }
 
 /// Mean position of some points [m].
