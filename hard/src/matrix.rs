@@ -33,8 +33,9 @@ const fn contact(name: &'static str, set: &'static [(&'static str, &'static str)
 }
 
 /// Every choice beside the defaults, one component changed at a time.
-static MODES: [Mode; 11] = [
+static MODES: [Mode; 12] = [
     linear("f64", &[("solver.precision", "f64")]),
+    linear("f32", &[("solver.precision", "f32")]),
     linear(
         "direct",
         &[("solver.kind", "direct"), ("solver.precision", "f64")],

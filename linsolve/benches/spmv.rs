@@ -102,12 +102,20 @@ fn operators<'a, T: Real>(a: &'a Bsr<T>, cases: &mut Vec<Case<'a>>) {
         run: Box::new(move || a.apply(black_box(&x), black_box(&mut y))),
     });
     let b: Vec<f64> = (0..n).map(|k| ((k * 7919) % 1000) as f64 - 500.0).collect();
-    for name in PRECONDITIONERS {
+    let kinds = PRECONDITIONERS.map(|name| (name, Sums::Double));
+    // single precision throughout
+    let single = (T::NAME == "f32").then_some(("block-jacobi", Sums::OfVectors));
+    for (name, sums) in kinds.into_iter().chain(single) {
         // differences of two lengths leave the cost of one iteration
         let settings = MpcgSettings {
             tolerance: 0.0,
             max_iterations: 20,
+            sums,
             ..MpcgSettings::default()
+        };
+        let of = match sums {
+            Sums::Double => "",
+            Sums::OfVectors => ", sums too",
         };
         let Ok(p) = preconditioner_by_name::<T>(name) else {
             continue;
@@ -121,7 +129,7 @@ fn operators<'a, T: Real>(a: &'a Bsr<T>, cases: &mut Vec<Case<'a>>) {
         let pointwise = solver.preconditioner().pointwise().is_some();
         let bytes = iteration_bytes::<T>(a.pattern());
         cases.push(Case {
-            name: format!("20 iterations {name} {}", T::NAME),
+            name: format!("20 iterations {name} {}{of}", T::NAME),
             bytes: if pointwise { 20.0 * bytes } else { f64::NAN },
             run: Box::new(move || {
                 out.fill(0.0);
@@ -131,6 +139,9 @@ fn operators<'a, T: Real>(a: &'a Bsr<T>, cases: &mut Vec<Case<'a>>) {
         let Ok(mut p) = preconditioner_by_name::<T>(name) else {
             continue;
         };
+        if sums == Sums::OfVectors {
+            continue;
+        }
         cases.push(Case {
             name: format!("update {name} {}", T::NAME),
             bytes: f64::NAN,

@@ -2,7 +2,7 @@
 
 use crate::pattern::ROW_CHUNK;
 use crate::vector::{From, tree};
-use crate::{LinearOperator, Pattern, Real};
+use crate::{LinearOperator, Pattern, Real, Sums, vector};
 use std::sync::Arc;
 
 /// Symmetric matrix of 3×3 blocks on a [`Pattern`], both triangles stored.
@@ -154,19 +154,19 @@ impl<T: Real> LinearOperator<T> for Bsr<T> {
         self.product(x, y, &|_, _| []);
     }
 
-    fn apply_dot(&self, x: &[T], y: &mut [T]) -> f64 {
+    fn apply_dot(&self, x: &[T], y: &mut [T], sums: Sums) -> f64 {
         let points = x.as_chunks::<3>().0;
-        self.product(x, y, &|first, y| {
-            [piece_dot(&points[first..first + y.len()], y)]
-        })[0]
+        let [dot] = match sums {
+            Sums::Double => self.product(x, y, &|first, y| [rows_dot::<f64, T>(points, first, y)]),
+            Sums::OfVectors => self.product(x, y, &|first, y| [rows_dot::<T, T>(points, first, y)]),
+        };
+        dot
     }
 }
 
-/// `x · y` of one row chunk.
+/// `x · y` of the rows from `first` that `y` holds.
 #[inline(always)]
-pub(crate) fn piece_dot<T: Real>(x: &[[T; 3]], y: &[[T; 3]]) -> f64 {
-    let (x, y) = (x.as_flattened(), y.as_flattened());
-    let n = x.len().min(y.len());
-    let (x, y) = (&x[..n], &y[..n]);
-    crate::vector::lanes(n, |k| x[k].to_f64() * y[k].to_f64())
+pub(crate) fn rows_dot<A: Real, T: Real>(x: &[[T; 3]], first: usize, y: &[[T; 3]]) -> f64 {
+    let x = &x[first..first + y.len()];
+    vector::piece_dot::<A, T>(x.as_flattened(), y.as_flattened())
 }

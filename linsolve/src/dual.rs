@@ -1,7 +1,7 @@
 //! Static blocks plus weighted blocks.
 
-use crate::bsr::piece_dot;
-use crate::{BlockLayout, Bsr, ExplicitOperator, LinearOperator, Real, WeightedBlocks};
+use crate::bsr::rows_dot;
+use crate::{BlockLayout, Bsr, ExplicitOperator, LinearOperator, Real, Sums, WeightedBlocks};
 
 /// The sum of a matrix with a static pattern and one that changes.
 ///
@@ -59,11 +59,13 @@ impl<T: Real> LinearOperator<T> for DualMatrix<T> {
         self.product(x, y, |_, _| []);
     }
 
-    fn apply_dot(&self, x: &[T], y: &mut [T]) -> f64 {
+    fn apply_dot(&self, x: &[T], y: &mut [T], sums: Sums) -> f64 {
         let points = x.as_chunks::<3>().0;
-        self.product(x, y, |first, y| {
-            [piece_dot(&points[first..first + y.len()], y)]
-        })[0]
+        let [dot] = match sums {
+            Sums::Double => self.product(x, y, |first, y| [rows_dot::<f64, T>(points, first, y)]),
+            Sums::OfVectors => self.product(x, y, |first, y| [rows_dot::<T, T>(points, first, y)]),
+        };
+        dot
     }
 }
 

@@ -79,5 +79,5 @@ pub use reassembled::ReassembledMatrix;
 pub use refined::Refined;
 pub use shared::SharedValues;
 pub use solver::{LinearSolver, SolveReport, SolveStatus};
-pub use vector::{axpy, dot, norm, xpay};
+pub use vector::{Sums, axpy, dot, norm, xpay};
 pub use weighted::WeightedBlocks;

@@ -1,6 +1,6 @@
 //! What a solver needs to know about a matrix.
 
-use crate::{BlockLayout, Bsr, Real, WeightedBlocks, vector};
+use crate::{BlockLayout, Bsr, Real, Sums, WeightedBlocks, vector};
 
 /// A linear map `y = A x`.
 ///
@@ -16,9 +16,12 @@ pub trait LinearOperator<T: Real>: Sync {
     /// `y = A x` and returns `x · y`.
     ///
     /// Override it where both can be had in one pass over memory.
-    fn apply_dot(&self, x: &[T], y: &mut [T]) -> f64 {
+    fn apply_dot(&self, x: &[T], y: &mut [T], sums: Sums) -> f64 {
         self.apply(x, y);
-        vector::dot(x, y)
+        match sums {
+            Sums::Double => vector::dot_in::<f64, T>(x, y),
+            Sums::OfVectors => vector::dot_in::<T, T>(x, y),
+        }
     }
 }
 

@@ -16,7 +16,8 @@ mod sealed {
 
 /// Precision of a matrix and of the vectors inside a solver: `f32` or `f64`.
 ///
-/// Sums over many unknowns are always accumulated in `f64`.
+/// Sums over many unknowns are accumulated in `f64`, unless a solver is told
+/// otherwise ([`Sums`](crate::Sums)).
 pub trait Real:
     sealed::Sealed
     + Copy

@@ -1,7 +1,7 @@
 //! The baseline that rebuilds everything.
 
 use crate::dual::{static_diagonal, visit_static};
-use crate::{BlockLayout, Bsr, ExplicitOperator, LinearOperator, Pattern, Real};
+use crate::{BlockLayout, Bsr, ExplicitOperator, LinearOperator, Pattern, Real, Sums};
 use sprs::TriMatI;
 use std::ops::Add;
 use std::sync::Arc;
@@ -98,8 +98,8 @@ impl<T: Real> LinearOperator<T> for ReassembledMatrix<T> {
         self.matrix.apply(x, y);
     }
 
-    fn apply_dot(&self, x: &[T], y: &mut [T]) -> f64 {
-        self.matrix.apply_dot(x, y)
+    fn apply_dot(&self, x: &[T], y: &mut [T], sums: Sums) -> f64 {
+        self.matrix.apply_dot(x, y, sums)
     }
 }
 

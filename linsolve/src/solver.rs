@@ -14,8 +14,8 @@ pub enum SolveStatus {
     NegativeCurvature,
     /// The residual grew 10⁴ times or is not finite.
     Diverged,
-    /// The recursive residual meets the tolerance, the true one does not and
-    /// restarting no longer helps: the precision is exhausted.
+    /// The true residual does not meet the tolerance, and restarting from it no
+    /// longer helps: the precision is exhausted. The best iterate is returned.
     Stagnated,
 }
 

@@ -98,10 +98,21 @@ where
     std::array::from_fn(|k| a[k] + b[k])
 }
 
-/// Adds `term(k)` for `k < n` in eight interleaved partial sums.
+/// Precision in which scalar products and norms are added up.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Sums {
+    /// In `f64`.
+    #[default]
+    Double,
+    /// In the precision of the vectors, over pieces of a few thousand entries;
+    /// what the pieces give is added in `f64`.
+    OfVectors,
+}
+
+/// Adds `term(k)` for `k < n` in eight interleaved partial sums of precision `A`.
 #[inline(always)]
-pub(crate) fn lanes(n: usize, term: impl Fn(usize) -> f64) -> f64 {
-    let mut s = [0.0; 8];
+pub(crate) fn lanes<A: Real>(n: usize, term: impl Fn(usize) -> A) -> f64 {
+    let mut s = [A::ZERO; 8];
     let whole = n - n % 8;
     let mut k = 0;
     while k < whole {
@@ -110,11 +121,26 @@ pub(crate) fn lanes(n: usize, term: impl Fn(usize) -> f64) -> f64 {
         }
         k += 8;
     }
-    let mut tail = 0.0;
+    let mut tail = A::ZERO;
     for k in whole..n {
         tail += term(k);
     }
-    ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7])) + tail
+    (((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7])) + tail).to_f64()
+}
+
+/// `a` in the precision of sums. A value that goes from single to double and
+/// back is left alone by the compiler.
+#[inline(always)]
+pub(crate) fn to<A: Real, T: Real>(a: T) -> A {
+    A::from_f64(a.to_f64())
+}
+
+/// Scalar product of one piece, in sums of precision `A`.
+#[inline(always)]
+pub(crate) fn piece_dot<A: Real, T: Real>(x: &[T], y: &[T]) -> f64 {
+    let n = x.len().min(y.len());
+    let (x, y) = (&x[..n], &y[..n]);
+    lanes(n, |k| to::<A, T>(x[k]) * to::<A, T>(y[k]))
 }
 
 /// `x · y`, accumulated in `f64`.
@@ -122,11 +148,14 @@ pub(crate) fn lanes(n: usize, term: impl Fn(usize) -> f64) -> f64 {
 /// # Panics
 /// If the lengths differ.
 pub fn dot<T: Real>(x: &[T], y: &[T]) -> f64 {
+    dot_in::<f64, T>(x, y)
+}
+
+/// `x · y` in sums of precision `A`.
+pub(crate) fn dot_in<A: Real, T: Real>(x: &[T], y: &[T]) -> f64 {
     assert_eq!(x.len(), y.len(), "dot product of unequal lengths");
     tree((x, y), CHUNK, SERIAL, &|(x, y): (&[T], &[T])| {
-        let n = x.len().min(y.len());
-        let (x, y) = (&x[..n], &y[..n]);
-        [lanes(n, |k| x[k].to_f64() * y[k].to_f64())]
+        [piece_dot::<A, T>(x, y)]
     })[0]
 }
 
@@ -164,7 +193,7 @@ pub fn xpay<T: Real>(x: &[T], a: T, y: &mut [T]) {
 }
 
 /// `x += a p`, `r −= a q`, and returns `r · r`: three vectors read once.
-pub(crate) fn step<T: Real>(a: T, p: &[T], q: &[T], x: &mut [T], r: &mut [T]) -> f64 {
+pub(crate) fn step<A: Real, T: Real>(a: T, p: &[T], q: &[T], x: &mut [T], r: &mut [T]) -> f64 {
     tree((p, q, x, r), CHUNK, SERIAL, &|(p, q, x, r): (
         &[T],
         &[T],
@@ -177,11 +206,7 @@ pub(crate) fn step<T: Real>(a: T, p: &[T], q: &[T], x: &mut [T], r: &mut [T]) ->
         for (r, &q) in r.iter_mut().zip(q) {
             *r = (-a).fma(q, *r);
         }
-        let r = &*r;
-        [lanes(r.len(), |k| {
-            let v = r[k].to_f64();
-            v * v
-        })]
+        [piece_dot::<A, T>(r, r)]
     })[0]
 }
 

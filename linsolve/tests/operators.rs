@@ -20,9 +20,11 @@ fn products_match_the_entries() {
         a.apply(&x, &mut y);
         assert!(relative(&y, expected.as_slice()) < 1e-13);
         let mut z = vec![f64::NAN; x.len()];
-        let d = a.apply_dot(&x, &mut z);
-        assert_eq!(y, z);
-        assert!((d / dot(&x, &y) - 1.0).abs() < 1e-12);
+        for sums in [Sums::Double, Sums::OfVectors] {
+            let d = a.apply_dot(&x, &mut z, sums);
+            assert_eq!(y, z);
+            assert!((d / dot(&x, &y) - 1.0).abs() < 1e-12);
+        }
         // the dynamic part alone plus the static part alone
         let mut s = vec![f64::NAN; x.len()];
         a.stat.apply(&x, &mut s);

@@ -58,6 +58,30 @@ fn defaults() {
     );
 }
 
+/// Every precision goes with conjugate gradients; single precision throughout
+/// with nothing else.
+#[test]
+fn precisions() {
+    for (name, value) in [
+        ("mixed", model::Precision::Mixed),
+        ("f64", model::Precision::F64),
+        ("f32", model::Precision::F32),
+    ] {
+        let parsed = with(SHEET, &[("solver.precision", name)]).unwrap();
+        assert_eq!(parsed.scene.solver.precision, value);
+    }
+    for kind in ["direct", "refined"] {
+        let text = format!("{SHEET}[solver]\nkind = \"{kind}\"\nprecision = \"f32\"\n");
+        assert_eq!(
+            lines(&text),
+            [
+                "s.toml:5:13: `solver.precision` = \"f32\" needs `solver.kind` = \"cg\": the others \
+                 work in double precision (`solver.precision = \"mixed\"` or `\"f64\"`)"
+            ]
+        );
+    }
+}
+
 /// Mistakes are found at their line and column, with what to do.
 #[test]
 fn places_of_mistakes() {

@@ -10,7 +10,7 @@ use selvedge_integrator::{
     NewtonSettings, NewtonSystem, Outcome, Pins, RelaxationSettings, ScenePlan, Settings,
     Simulation, SimulationError, State, StopSettings, Term,
 };
-use selvedge_linsolve::{BlockFilter, BlockJacobi, Direct, Mpcg, MpcgSettings, StopNorm};
+use selvedge_linsolve::{BlockFilter, BlockJacobi, Direct, Mpcg, MpcgSettings, StopNorm, Sums};
 use selvedge_shell_model::fabric::{BendingRigidity, Fabric, MembraneModuli};
 use selvedge_shell_model::sheet::Sheet;
 use selvedge_shell_model::{
@@ -28,8 +28,10 @@ pub const GRAVITY: f64 = 9.81;
 pub enum Solver {
     /// Conjugate gradients in double precision.
     Double,
-    /// Conjugate gradients in single precision.
+    /// Conjugate gradients in single precision, sums in double.
     Single,
+    /// The same with sums in single precision too.
+    SingleThroughout,
     /// Sparse Cholesky, for statics.
     Direct,
 }
@@ -175,7 +177,12 @@ fn system(
             let cg = Mpcg::<f64>::new(Box::new(BlockJacobi::default()), settings);
             Box::new(DualSystem::new(points, terms, options, Box::new(cg)).expect("system"))
         }
-        Solver::Single => {
+        Solver::Single | Solver::SingleThroughout => {
+            let sums = match solver {
+                Solver::SingleThroughout => Sums::OfVectors,
+                _ => Sums::Double,
+            };
+            let settings = MpcgSettings { sums, ..settings };
             let cg = Mpcg::<f32>::new(Box::new(BlockJacobi::default()), settings);
             Box::new(DualSystem::new(points, terms, options, Box::new(cg)).expect("system"))
         }

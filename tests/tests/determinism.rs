@@ -112,6 +112,12 @@ fn threads_do_not_matter_in_single_precision() {
     on_threads(32, Solver::Single, 20);
 }
 
+/// The same with the sums of conjugate gradients in single precision too.
+#[test]
+fn threads_do_not_matter_in_single_precision_throughout() {
+    on_threads(32, Solver::SingleThroughout, 20);
+}
+
 /// A run that is saved, put into a simulation made anew and gone on with ends
 /// with the same bits as one that was not interrupted: anchors and sides of
 /// contacts, step size and counters are all in the snapshot.

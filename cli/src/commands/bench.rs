@@ -174,9 +174,10 @@ fn measure(args: &BenchArgs, start: &Start, set: &[(&str, &str)]) -> Result<Valu
 
 /// Each performance feature switched off alone, and all of them.
 fn features(args: &BenchArgs, start: &Start) -> Result<Value, Failure> {
-    let off: [(&str, &[(&str, &str)]); 7] = [
+    let off: [(&str, &[(&str, &str)]); 8] = [
         ("dual matrix", &[("solver.matrix", "reassembled")]),
         ("mixed precision", &[("solver.precision", "f64")]),
+        ("sums in double", &[("solver.precision", "f32")]),
         ("preconditioner", &[("solver.preconditioner", "none")]),
         ("rcm", &[("assembly.reorder", "none")]),
         ("coloured scatter", &[("assembly.scatter", "atomics")]),

@@ -1,14 +1,15 @@
-//! Vector passes of the iteration, merged where the preconditioner allows.
+//! Vector passes of the iteration, merged where the preconditioner allows; sums
+//! are in precision `A`.
 
 use crate::Real;
 use crate::preconditioner::{Pointwise, block_times};
-use crate::vector::{CHUNK, SERIAL, lanes, tree};
+use crate::vector::{CHUNK, SERIAL, lanes, piece_dot, to, tree};
 
 /// Points of a leaf.
 const POINTS: usize = 1024;
 
 /// `x += a c`, `r −= a q`, `z = P⁻¹ r` in one pass; returns `r·r` and `r·z`.
-pub(super) fn advance<T: Real>(
+pub(super) fn advance<A: Real, T: Real>(
     p: Pointwise<'_, T>,
     a: T,
     c: &[T],
@@ -20,27 +21,27 @@ pub(super) fn advance<T: Real>(
     match p {
         // z is not written: the caller reads r in its place
         Pointwise::Identity => {
-            let rr = crate::vector::step(a, c, q, x, r);
+            let rr = crate::vector::step::<A, T>(a, c, q, x, r);
             [rr, rr]
         }
-        Pointwise::Diagonal(d) => scaled(d, a, c, q, x, r, z),
+        Pointwise::Diagonal(d) => scaled::<A, T>(d, a, c, q, x, r, z),
         Pointwise::Blocks(blocks, scalars) => {
             let cut = 3 * blocks.len();
             let ((c, cs), (q, qs)) = (c.split_at(cut), q.split_at(cut));
             let (x, xs) = x.split_at_mut(cut);
             let (r, rs) = r.split_at_mut(cut);
             let (z, zs) = z.split_at_mut(cut);
-            let points = blockwise(blocks, a, c, q, x, r, z);
+            let points = blockwise::<A, T>(blocks, a, c, q, x, r, z);
             if scalars.is_empty() {
                 return points;
             }
-            let rest = scaled(scalars, a, cs, qs, xs, rs, zs);
+            let rest = scaled::<A, T>(scalars, a, cs, qs, xs, rs, zs);
             [points[0] + rest[0], points[1] + rest[1]]
         }
     }
 }
 
-fn scaled<T: Real>(
+fn scaled<A: Real, T: Real>(
     d: &[T],
     a: T,
     c: &[T],
@@ -69,12 +70,12 @@ fn scaled<T: Real>(
                 *r = (-a).fma(q, *r);
                 *z = d * *r;
             }
-            sums(r, z)
+            sums::<A, T>(r, z)
         },
     )
 }
 
-fn blockwise<T: Real>(
+fn blockwise<A: Real, T: Real>(
     d: &[[T; 6]],
     a: T,
     c: &[T],
@@ -113,25 +114,23 @@ fn blockwise<T: Real>(
         for (z, (d, r)) in z.iter_mut().zip(d.iter().zip(r.iter())) {
             *z = block_times(d, r);
         }
-        sums(r.as_flattened(), z.as_flattened())
+        sums::<A, T>(r.as_flattened(), z.as_flattened())
     })
 }
 
 #[inline(always)]
-fn sums<T: Real>(r: &[T], z: &[T]) -> [f64; 2] {
-    let n = r.len().min(z.len());
-    let (r, z) = (&r[..n], &z[..n]);
-    [
-        lanes(n, |k| r[k].to_f64() * r[k].to_f64()),
-        lanes(n, |k| r[k].to_f64() * z[k].to_f64()),
-    ]
+fn sums<A: Real, T: Real>(r: &[T], z: &[T]) -> [f64; 2] {
+    [piece_dot::<A, T>(r, r), piece_dot::<A, T>(r, z)]
 }
 
 /// `(Σ w_k r_k²)`.
-pub(super) fn weighted_square<T: Real>(w: &[f64], r: &[T]) -> f64 {
+pub(super) fn weighted_square<A: Real, T: Real>(w: &[f64], r: &[T]) -> f64 {
     tree((w, r), CHUNK, SERIAL, &|(w, r): (&[f64], &[T])| {
         let n = w.len().min(r.len());
         let (w, r) = (&w[..n], &r[..n]);
-        [lanes(n, |k| w[k] * r[k].to_f64() * r[k].to_f64())]
+        [lanes(n, |k| {
+            let v = to::<A, T>(r[k]);
+            A::from_f64(w[k]) * v * v
+        })]
     })[0]
 }

@@ -2,13 +2,16 @@
 
 use super::{Mpcg, StopNorm, Work, fused};
 use crate::preconditioner::Pointwise;
-use crate::{Filter, LinearOperator, Preconditioner, Real, SolveReport, SolveStatus, vector};
+use crate::{Filter, LinearOperator, Preconditioner, Real, SolveReport, SolveStatus, Sums, vector};
 
 /// The true residual may exceed the tolerance by this factor: it differs from
 /// the recursive one by rounding.
 const SLACK: f64 = 1.1;
 /// Restarts from the true residual before the precision counts as exhausted.
 const RESTARTS: usize = 8;
+/// Looks at a residual led by rounding that did not halve it, before the
+/// precision counts as exhausted.
+const LOOKS: usize = 3;
 
 /// Squares in the three norms; `stop` is the one of the stop test.
 #[derive(Clone, Copy)]
@@ -16,6 +19,17 @@ struct Squares {
     rr: f64,
     rz: f64,
     stop: f64,
+}
+
+/// What has been seen of rounding.
+#[derive(Default)]
+struct Rounding {
+    /// Squares of the best iterate seen, which `Work::best` keeps.
+    best: Option<Squares>,
+    restarts: usize,
+    last_restart: Option<f64>,
+    looks: usize,
+    halved: Option<f64>,
 }
 
 impl<T: Real> Mpcg<T> {
@@ -104,13 +118,14 @@ impl<T: Real> Mpcg<T> {
     /// `z = S P⁻¹ r` (for the identity `z` stays unused) and the squares of `r`.
     fn squares(&mut self, a: &dyn LinearOperator<T>, filter: &dyn Filter<T>) -> Squares {
         let w = &mut self.work;
-        let rr = vector::dot(&w.r, &w.r);
+        let sums = self.settings.sums;
+        let rr = dot(sums, &w.r, &w.r);
         let rz = if identity(&*self.preconditioner) {
             rr
         } else {
             self.preconditioner.apply(a, &w.r, &mut w.z);
             filter.project(&mut w.z);
-            vector::dot(&w.r, &w.z)
+            dot(sums, &w.r, &w.z)
         };
         let stop = self.stop(rr, rz);
         Squares { rr, rz, stop }
@@ -119,7 +134,10 @@ impl<T: Real> Mpcg<T> {
     fn stop(&self, rr: f64, rz: f64) -> f64 {
         match &self.settings.norm {
             StopNorm::Euclidean => rr,
-            StopNorm::Weighted(w) => fused::weighted_square(w, &self.work.r),
+            StopNorm::Weighted(w) => match self.settings.sums {
+                Sums::Double => fused::weighted_square::<f64, T>(w, &self.work.r),
+                Sums::OfVectors => fused::weighted_square::<T, T>(w, &self.work.r),
+            },
             StopNorm::Preconditioned => rz,
         }
     }
@@ -129,12 +147,41 @@ impl<T: Real> Mpcg<T> {
         a: &dyn LinearOperator<T>,
         filter: &dyn Filter<T>,
         limit: f64,
+        now: Squares,
+    ) -> (SolveStatus, usize, Squares) {
+        let mut rounding = Rounding::default();
+        let (status, done, last) = self.descend(a, filter, limit, now, &mut rounding);
+        let Some(best) = rounding.best else {
+            return (status, done, last);
+        };
+        // a comparison with NaN is false
+        let kept = status == SolveStatus::Converged || last.stop <= best.stop;
+        let last = if kept {
+            last
+        } else {
+            self.work.x.copy_from_slice(&self.work.best);
+            best
+        };
+        // what is left is rounding: curvature and growth say nothing about A
+        let status = match status {
+            SolveStatus::NegativeCurvature | SolveStatus::Diverged => SolveStatus::Stagnated,
+            other => other,
+        };
+        (status, done, last)
+    }
+
+    fn descend(
+        &mut self,
+        a: &dyn LinearOperator<T>,
+        filter: &dyn Filter<T>,
+        limit: f64,
         mut now: Squares,
+        rounding: &mut Rounding,
     ) -> (SolveStatus, usize, Squares) {
         let needs_z = self.settings.norm == StopNorm::Preconditioned;
+        let sums = self.settings.sums;
         let growth = self.settings.divergence.powi(2) * now.rr;
         self.first_direction(filter);
-        let (mut restarts, mut best_true) = (0, f64::INFINITY);
         for done in 0.. {
             if !(now.rr.is_finite() && now.rz.is_finite() && now.rr <= growth) {
                 return (SolveStatus::Diverged, done, now);
@@ -144,11 +191,13 @@ impl<T: Real> Mpcg<T> {
                 if now.stop <= SLACK * SLACK * limit {
                     return (SolveStatus::Converged, done, now);
                 }
-                restarts += 1;
-                if restarts > RESTARTS || now.stop > 0.25 * best_true || now.rz <= 0.0 {
+                self.keep(rounding, now);
+                rounding.restarts += 1;
+                let same = rounding.last_restart.is_some_and(|s| now.stop > 0.25 * s);
+                if rounding.restarts > RESTARTS || same || now.rz <= 0.0 {
                     return (SolveStatus::Stagnated, done, now);
                 }
-                best_true = now.stop;
+                rounding.last_restart = Some(now.stop);
                 self.first_direction(filter);
             }
             if done == self.settings.max_iterations {
@@ -156,7 +205,7 @@ impl<T: Real> Mpcg<T> {
                 return (SolveStatus::IterationLimit, done, now);
             }
             let w = &mut self.work;
-            let curvature = a.apply_dot(&w.c, &mut w.q);
+            let curvature = a.apply_dot(&w.c, &mut w.q, sums);
             if !(curvature > 0.0 && now.rz > 0.0) {
                 if curvature.is_nan() || now.rz.is_nan() {
                     return (SolveStatus::Diverged, done, now);
@@ -177,11 +226,19 @@ impl<T: Real> Mpcg<T> {
             let before = now.rz;
             if let Some(p) = self.preconditioner.pointwise() {
                 let (c, q) = (&w.c, &w.q);
-                let [rr, rz] = fused::advance(p, step, c, q, &mut w.x, &mut w.r, &mut w.z);
+                let (x, r, z) = (&mut w.x, &mut w.r, &mut w.z);
+                let [rr, rz] = match sums {
+                    Sums::Double => fused::advance::<f64, T>(p, step, c, q, x, r, z),
+                    Sums::OfVectors => fused::advance::<T, T>(p, step, c, q, x, r, z),
+                };
                 now = Squares { rr, rz, stop: rr };
                 now.stop = self.stop(rr, rz);
             } else {
-                let rr = vector::step(step, &w.c, &w.q, &mut w.x, &mut w.r);
+                let (c, q, x, r) = (&w.c, &w.q, &mut w.x, &mut w.r);
+                let rr = match sums {
+                    Sums::Double => vector::step::<f64, T>(step, c, q, x, r),
+                    Sums::OfVectors => vector::step::<T, T>(step, c, q, x, r),
+                };
                 let stop = if needs_z {
                     f64::INFINITY
                 } else {
@@ -193,14 +250,28 @@ impl<T: Real> Mpcg<T> {
                     let w = &mut self.work;
                     self.preconditioner.apply(a, &w.r, &mut w.z);
                     filter.project(&mut w.z);
-                    vector::dot(&w.r, &w.z)
+                    dot(sums, &w.r, &w.z)
                 };
                 let stop = if needs_z { rz } else { stop };
                 now = Squares { rr, rz, stop };
             }
             let interval = self.settings.true_residual_interval.max(1);
             if (done + 1) % interval == 0 && now.stop > limit && now.rr.is_finite() {
+                let w = &mut self.work;
+                w.q.copy_from_slice(&w.r);
                 now = self.true_squares(a, filter);
+                // what rounding has added since the last look: half of what is left?
+                let w = &mut self.work;
+                vector::axpy(-T::ONE, &w.r, &mut w.q);
+                let leads = 4.0 * dot(sums, &w.q, &w.q) > now.rr;
+                if leads {
+                    if self.exhausted(rounding, now) {
+                        return (SolveStatus::Stagnated, done + 1, now);
+                    }
+                    // ρ'/ρ of a true and a recursive residual would blow c up
+                    self.first_direction(filter);
+                    continue;
+                }
             }
             let w = &mut self.work;
             let z = if identity(&*self.preconditioner) {
@@ -212,6 +283,25 @@ impl<T: Real> Mpcg<T> {
             filter.project(&mut w.c);
         }
         unreachable!("the loop has no other exit")
+    }
+
+    /// Keeps the iterate if its true residual is the smallest so far.
+    fn keep(&mut self, rounding: &mut Rounding, now: Squares) {
+        if now.stop.is_finite() && rounding.best.is_none_or(|b| now.stop < b.stop) {
+            rounding.best = Some(now);
+            self.work.best.clone_from(&self.work.x);
+        }
+    }
+
+    /// Whether the true residual has not halved for [`LOOKS`] looks.
+    fn exhausted(&mut self, rounding: &mut Rounding, now: Squares) -> bool {
+        self.keep(rounding, now);
+        if rounding.halved.is_none_or(|s| now.stop <= 0.25 * s) {
+            rounding.halved = Some(now.stop);
+            rounding.looks = 0;
+        }
+        rounding.looks += 1;
+        rounding.looks >= LOOKS
     }
 
     /// `c = S P⁻¹ r`.
@@ -232,6 +322,13 @@ impl<T: Real> Mpcg<T> {
     }
 }
 
+fn dot<T: Real>(sums: Sums, x: &[T], y: &[T]) -> f64 {
+    match sums {
+        Sums::Double => vector::dot_in::<f64, T>(x, y),
+        Sums::OfVectors => vector::dot_in::<T, T>(x, y),
+    }
+}
+
 fn identity<T: Real>(p: &dyn Preconditioner<T>) -> bool {
     matches!(p.pointwise(), Some(Pointwise::Identity))
 }
@@ -245,6 +342,7 @@ impl<T: Real> Work<T> {
             q,
             z,
             start,
+            best: _,
         } = self;
         for v in [x, r, c, q, z, start] {
             v.resize(n, T::ZERO);

@@ -6,7 +6,7 @@ mod iterate;
 use crate::error::{check_finite, check_len};
 use crate::{
     BlockJacobi, ExplicitOperator, Filter, LinearOperator, LinearSolver, LinsolveError,
-    Preconditioner, Real, SolveReport, vector,
+    Preconditioner, Real, SolveReport, Sums, vector,
 };
 use std::sync::Arc;
 
@@ -38,6 +38,8 @@ pub struct MpcgSettings {
     pub true_residual_interval: usize,
     /// Growth of `‖r‖` over its start that counts as divergence \[1\].
     pub divergence: f64,
+    /// Precision of scalar products and norms.
+    pub sums: Sums,
 }
 
 impl Default for MpcgSettings {
@@ -48,6 +50,7 @@ impl Default for MpcgSettings {
             norm: StopNorm::Euclidean,
             true_residual_interval: 50,
             divergence: 1e4,
+            sums: Sums::Double,
         }
     }
 }
@@ -70,8 +73,13 @@ impl Default for MpcgSettings {
 /// * `cᵀAc ≤ 0` returns the iterate so far; in the first iteration
 ///   `P⁻¹r · (rᵀP⁻¹r)/|cᵀAc|`, a descent direction of the right size.
 /// * Divergence returns `x` as it was on entry.
+/// * Where the true and the recursive residual are apart by half of the true
+///   one, rounding leads \[VanDerVorstYe2000\] and the iteration restarts. When
+///   the true one has not halved over three such looks, or a restart no longer helps, the best iterate seen
+///   comes back as [`Stagnated`](crate::SolveStatus::Stagnated); curvature and
+///   growth are no longer believed then.
 ///
-/// Vectors are in `T`, sums in `f64`, and the system is scaled by a power of
+/// Vectors are in `T`, sums as [`sums`](MpcgSettings::sums) says, and the system is scaled by a power of
 /// two so that `b` is of order 1: nothing underflows in `f32`.
 pub struct Mpcg<T> {
     /// Settings.
@@ -90,6 +98,8 @@ struct Work<T> {
     z: Vec<T>,
     /// `S (b − A x_0)`
     start: Vec<T>,
+    /// The best `x` once rounding leads.
+    best: Vec<T>,
 }
 
 impl<T: Real> Mpcg<T> {
@@ -162,7 +172,10 @@ impl<T: Real> Mpcg<T> {
 
 impl<T: Real> LinearSolver<T> for Mpcg<T> {
     fn name(&self) -> &str {
-        "cg"
+        match self.settings.sums {
+            Sums::Double => "cg",
+            Sums::OfVectors => "cg with sums as vectors",
+        }
     }
 
     fn solve(
@@ -183,7 +196,7 @@ impl<T: Real> LinearSolver<T> for Mpcg<T> {
 
     fn heap_bytes(&self) -> usize {
         let w = &self.work;
-        let vectors = [&w.x, &w.r, &w.c, &w.q, &w.z, &w.start];
+        let vectors = [&w.x, &w.r, &w.c, &w.q, &w.z, &w.start, &w.best];
         vectors.iter().map(|v| v.capacity()).sum::<usize>() * size_of::<T>()
             + self.preconditioner.heap_bytes()
     }

@@ -7,7 +7,7 @@ use selvedge_integrator::{
     AssemblyOptions, DualSystem, NewtonSystem, PlanError, ReassembledSystem, Scatter, Term,
 };
 use selvedge_linsolve::{
-    BlockFilter, Filter, LinearSolver, LinsolveError, MpcgSettings, NoFilter, Real, StopNorm,
+    BlockFilter, Filter, LinearSolver, LinsolveError, MpcgSettings, NoFilter, Real, StopNorm, Sums,
     solver_by_name,
 };
 
@@ -30,7 +30,7 @@ pub fn system(
         (SolverKind::Refined, _) | (_, Precision::F64) => {
             with_precision::<f64>(scene, terms, masses)
         }
-        (_, Precision::Mixed) => with_precision::<f32>(scene, terms, masses),
+        (_, Precision::Mixed | Precision::F32) => with_precision::<f32>(scene, terms, masses),
     }
 }
 
@@ -81,6 +81,10 @@ fn solver<T: Real>(
         tolerance: scene.solver.tolerance,
         max_iterations: scene.solver.max_iterations,
         norm,
+        sums: match scene.solver.precision {
+            Precision::F32 => Sums::OfVectors,
+            Precision::Mixed | Precision::F64 => Sums::Double,
+        },
         ..MpcgSettings::default()
     };
     let kind = match scene.solver.kind {

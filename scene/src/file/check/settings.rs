@@ -1,6 +1,6 @@
 //! Settings that have to go together.
 
-use super::super::model::{MatrixKind, SolverKind};
+use super::super::model::{MatrixKind, Precision, SolverKind};
 use super::super::suggest::show;
 use super::Check;
 
@@ -76,6 +76,14 @@ impl Check<'_> {
                 "solver.matrix",
                 "`solver.matrix` = \"reassembled\" only concerns iterative solvers",
                 "leave it out",
+            );
+        }
+        if scene.solver.precision == Precision::F32 && scene.solver.kind != SolverKind::Cg {
+            self.error(
+                "scene::solver",
+                "solver.precision",
+                "`solver.precision` = \"f32\" needs `solver.kind` = \"cg\": the others work in double precision",
+                "`solver.precision = \"mixed\"` or `\"f64\"`",
             );
         }
         let frames = duration * scene.output.frame_rate;

@@ -250,6 +250,10 @@ pub(super) static SOLVER: Table = Table::new(
                     "matrix and vectors in single, the rest in double precision",
                 ),
                 ("f64", "double precision throughout"),
+                (
+                    "f32",
+                    "as `mixed`, with the sums of `cg` in single precision too",
+                ),
             ]),
             "\"mixed\"",
             "Precision of the linear systems.",

@@ -232,6 +232,8 @@ pub enum Precision {
     Mixed,
     /// Double precision throughout.
     F64,
+    /// As mixed, with the sums of conjugate gradients in single precision too.
+    F32,
 }
 
 /// Storage of the matrix.
