@@ -6,6 +6,21 @@ use crate::ResidualNorm;
 /// depend on the number of threads.
 const CHUNK: usize = 4096;
 
+/// The point with the largest velocity error `|f_i| / m_i`, and that [m/s]; the
+/// first of equals.
+pub(crate) fn worst_point(f: &[f64], masses: &[f64]) -> (usize, f64) {
+    let (f, _) = f.as_chunks::<3>();
+    let mut worst = (0, 0.0);
+    for (i, (f, m)) in f.iter().zip(masses).enumerate() {
+        let error = (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]).sqrt() / m;
+        // NaN is the worst of all.
+        if !(error <= worst.1) {
+            worst = (i, error);
+        }
+    }
+    worst
+}
+
 /// Norm of a residual [N·s]: m/s for the mass norm, N·s as printed.
 pub(crate) fn residual_norm(norm: ResidualNorm, f: &[f64], masses: &[f64]) -> f64 {
     let (f, _) = f.as_chunks::<3>();

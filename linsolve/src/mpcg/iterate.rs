@@ -9,6 +9,11 @@ use crate::{Filter, LinearOperator, Preconditioner, Real, SolveReport, SolveStat
 const SLACK: f64 = 1.1;
 /// Restarts from the true residual before the precision counts as exhausted.
 const RESTARTS: usize = 8;
+/// Where the true residual is this many times the recursive one, rounding has
+/// taken over and the old direction is of no use.
+const DRIFT: f64 = 2.0;
+/// A true residual this many times the best one so far is worth going back.
+const GROWTH: f64 = 10.0;
 
 /// Squares in the three norms; `stop` is the one of the stop test.
 #[derive(Clone, Copy)]
@@ -134,25 +139,42 @@ impl<T: Real> Mpcg<T> {
         let needs_z = self.settings.norm == StopNorm::Preconditioned;
         let growth = self.settings.divergence.powi(2) * now.rr;
         self.first_direction(filter);
-        let (mut restarts, mut best_true) = (0, f64::INFINITY);
+        let (mut restarts, mut restarted) = (0, f64::INFINITY);
+        // The best true residual so far, whose iterate is kept.
+        let mut best: Option<Squares> = None;
+        let mut drifted = false;
         for done in 0.. {
             if !(now.rr.is_finite() && now.rz.is_finite() && now.rr <= growth) {
-                return (SolveStatus::Diverged, done, now);
+                return match best {
+                    // Only rounding undoes what was reached before.
+                    Some(best) => (SolveStatus::Stagnated, done, self.back_to(best)),
+                    None => (SolveStatus::Diverged, done, now),
+                };
             }
-            if now.stop <= limit {
+            if now.stop <= limit || drifted {
                 now = self.true_squares(a, filter);
                 if now.stop <= SLACK * SLACK * limit {
                     return (SolveStatus::Converged, done, now);
                 }
                 restarts += 1;
-                if restarts > RESTARTS || now.stop > 0.25 * best_true || now.rz <= 0.0 {
-                    return (SolveStatus::Stagnated, done, now);
+                // NaN ends the iteration too.
+                let better = now.stop <= 0.25 * restarted && now.rz > 0.0;
+                self.keep_better(&mut best, now);
+                if restarts > RESTARTS || !better {
+                    let last = best.map_or(now, |best| self.back_to(best));
+                    return (SolveStatus::Stagnated, done, last);
                 }
-                best_true = now.stop;
+                restarted = now.stop;
+                drifted = false;
                 self.first_direction(filter);
             }
             if done == self.settings.max_iterations {
-                let now = self.true_squares(a, filter);
+                let mut now = self.true_squares(a, filter);
+                if let Some(best) = best
+                    && !(now.stop <= GROWTH * GROWTH * best.stop)
+                {
+                    now = self.back_to(best);
+                }
                 return (SolveStatus::IterationLimit, done, now);
             }
             let w = &mut self.work;
@@ -200,7 +222,22 @@ impl<T: Real> Mpcg<T> {
             }
             let interval = self.settings.true_residual_interval.max(1);
             if (done + 1) % interval == 0 && now.stop > limit && now.rr.is_finite() {
+                let recursive = now.stop;
                 now = self.true_squares(a, filter);
+                self.keep_better(&mut best, now);
+                if let Some(best) = best
+                    && now.stop > GROWTH * GROWTH * best.stop
+                {
+                    now = self.back_to(best);
+                    drifted = true;
+                    // A place that was returned to is no progress.
+                    restarted = restarted.max(4.0 * best.stop);
+                    continue;
+                }
+                if now.stop > DRIFT * DRIFT * recursive {
+                    drifted = true;
+                    continue;
+                }
             }
             let w = &mut self.work;
             let z = if identity(&*self.preconditioner) {
@@ -212,6 +249,22 @@ impl<T: Real> Mpcg<T> {
             filter.project(&mut w.c);
         }
         unreachable!("the loop has no other exit")
+    }
+
+    /// Keeps the iterate if its true residual is the best so far.
+    fn keep_better(&mut self, best: &mut Option<Squares>, now: Squares) {
+        if now.stop.is_finite() && best.is_none_or(|best| now.stop < best.stop) {
+            *best = Some(now);
+            let w = &mut self.work;
+            w.best.clear();
+            w.best.extend_from_slice(&w.x);
+        }
+    }
+
+    /// Takes the kept iterate back.
+    fn back_to(&mut self, best: Squares) -> Squares {
+        self.work.x.copy_from_slice(&self.work.best);
+        best
     }
 
     /// `c = S P⁻¹ r`.
@@ -245,6 +298,7 @@ impl<T: Real> Work<T> {
             q,
             z,
             start,
+            best: _,
         } = self;
         for v in [x, r, c, q, z, start] {
             v.resize(n, T::ZERO);

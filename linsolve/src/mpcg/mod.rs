@@ -6,7 +6,7 @@ mod iterate;
 use crate::error::{check_finite, check_len};
 use crate::{
     BlockJacobi, ExplicitOperator, Filter, LinearOperator, LinearSolver, LinsolveError,
-    Preconditioner, Real, SolveReport, vector,
+    Preconditioner, Real, SolveReport, SolveStatus, vector,
 };
 use std::sync::Arc;
 
@@ -63,8 +63,10 @@ impl Default for MpcgSettings {
 /// \[AscherBoxerman2003\]; with no filter it is plain preconditioned CG. The
 /// residual is updated recursively, recomputed every
 /// [`true_residual_interval`](MpcgSettings::true_residual_interval) iterations
-/// and at the end; when the recomputed one misses the tolerance the iteration
-/// restarts from it.
+/// and at the end; when the recomputed one misses the tolerance, or is twice
+/// the recursive one, the iteration restarts from it, and from the best iterate
+/// where it has grown tenfold. A restart that does not halve the true residual
+/// ends the iteration as [stagnated](crate::SolveStatus::Stagnated).
 ///
 /// * `b = 0` with nothing prescribed returns 0.
 /// * `cᵀAc ≤ 0` returns the iterate so far; in the first iteration
@@ -77,6 +79,7 @@ pub struct Mpcg<T> {
     /// Settings.
     pub settings: MpcgSettings,
     preconditioner: Box<dyn Preconditioner<T>>,
+    rescue: Option<Box<dyn Preconditioner<T>>>,
     work: Work<T>,
 }
 
@@ -90,6 +93,8 @@ struct Work<T> {
     z: Vec<T>,
     /// `S (b − A x_0)`
     start: Vec<T>,
+    /// Iterate with the best true residual; empty before one is computed.
+    best: Vec<T>,
 }
 
 impl<T: Real> Mpcg<T> {
@@ -98,8 +103,49 @@ impl<T: Real> Mpcg<T> {
         Self {
             settings,
             preconditioner,
+            rescue: None,
             work: Work::default(),
         }
+    }
+
+    /// A stronger preconditioner for systems that the first one does not bring
+    /// to the tolerance within half of the iterations: the second half goes on
+    /// from the iterate with it. Every solve begins with the first one anew, so
+    /// that it depends on nothing but its system.
+    #[must_use]
+    pub fn with_rescue(mut self, stronger: Box<dyn Preconditioner<T>>) -> Self {
+        self.rescue = Some(stronger);
+        self
+    }
+
+    /// Goes on from `x` with the stronger preconditioner.
+    fn rescue(
+        &mut self,
+        a: &dyn ExplicitOperator<T>,
+        b: &[f64],
+        filter: &dyn Filter<T>,
+        x: &mut [f64],
+        first: SolveReport,
+    ) -> Result<SolveReport, LinsolveError> {
+        let Some(mut stronger) = self.rescue.take() else {
+            return Ok(first);
+        };
+        let limit = self.settings.max_iterations;
+        let mut report = Ok(first);
+        // A factorisation that fails leaves the iterate of the first half.
+        if stronger.update(a, filter).is_ok() {
+            std::mem::swap(&mut self.preconditioner, &mut stronger);
+            self.settings.max_iterations = limit - first.iterations.min(limit);
+            report = self.solve_operator(a, b, filter, x);
+            self.settings.max_iterations = limit;
+            std::mem::swap(&mut self.preconditioner, &mut stronger);
+        }
+        self.rescue = Some(stronger);
+        report.map(|second| SolveReport {
+            solver: "cg, rescued",
+            iterations: first.iterations + second.iterations,
+            ..second
+        })
     }
 
     /// With block Jacobi and a tolerance.
@@ -174,7 +220,18 @@ impl<T: Real> LinearSolver<T> for Mpcg<T> {
     ) -> Result<SolveReport, LinsolveError> {
         check_len("right-hand side", a.dim(), b.len())?;
         self.preconditioner.update(a, filter)?;
-        self.solve_operator(a, b, filter, x)
+        if self.rescue.is_none() {
+            return self.solve_operator(a, b, filter, x);
+        }
+        let limit = self.settings.max_iterations;
+        self.settings.max_iterations = limit.div_ceil(2);
+        let first = self.solve_operator(a, b, filter, x);
+        self.settings.max_iterations = limit;
+        let first = first?;
+        match first.status {
+            SolveStatus::IterationLimit => self.rescue(a, b, filter, x, first),
+            _ => Ok(first),
+        }
     }
 
     fn set_tolerance(&mut self, relative: f64) {
@@ -183,8 +240,9 @@ impl<T: Real> LinearSolver<T> for Mpcg<T> {
 
     fn heap_bytes(&self) -> usize {
         let w = &self.work;
-        let vectors = [&w.x, &w.r, &w.c, &w.q, &w.z, &w.start];
+        let vectors = [&w.x, &w.r, &w.c, &w.q, &w.z, &w.start, &w.best];
         vectors.iter().map(|v| v.capacity()).sum::<usize>() * size_of::<T>()
             + self.preconditioner.heap_bytes()
+            + self.rescue.as_ref().map_or(0, |p| p.heap_bytes())
     }
 }
