@@ -50,3 +50,18 @@ pub(crate) fn residual_norm(norm: ResidualNorm, f: &[f64], masses: &[f64]) -> f6
         _ => sum.sqrt(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A light point beside a heavy one is hidden by the norm, not by the worst.
+    #[test]
+    fn a_light_point_is_seen() {
+        let (f, masses) = ([1e-9, 0.0, 0.0, 1e-8, 0.0, 0.0], [1e-3, 1e-9]);
+        assert!(residual_norm(ResidualNorm::Mass, &f, &masses) < 1e-2);
+        assert_eq!(worst_point(&f, &masses).0, 1);
+        assert!((worst_point(&f, &masses).1 - 10.0).abs() < 1e-12);
+        assert!(worst_point(&[f64::NAN, 0.0, 0.0], &[1.0]).1.is_nan());
+    }
+}

@@ -271,7 +271,9 @@ fn stages(built: &BuiltScene, crossed: bool) -> [(&'static str, &'static str, St
 /// The stage of a name; `None` for what is no stage of sewing.
 pub(crate) fn stage(built: &BuiltScene, crossed: bool, name: &str) -> Option<StageOptions> {
     let all = stages(built, crossed).into_iter();
-    all.map(|(n, _, s)| (n, s)).find(|(n, _)| *n == name).map(|(_, s)| s)
+    all.map(|(n, _, s)| (n, s))
+        .find(|(n, _)| *n == name)
+        .map(|(_, s)| s)
 }
 
 fn empty(name: &str, what: &str, clock: Instant) -> StageSummary {

@@ -9,7 +9,9 @@ use selvedge_linsolve::{
 };
 
 use super::scenes::{BARE, SHEET, STIFF, scene};
-use crate::case::{ALONE, Case, Expected, Figures, Pace, SOLVES, at_most, below, equal, nothing, told};
+use crate::case::{
+    ALONE, Case, Expected, Figures, Pace, SOLVES, at_most, below, equal, nothing, told,
+};
 use crate::{Bench, HardError};
 
 pub static CASES: [Case; 5] = [

@@ -16,7 +16,8 @@ use std::sync::Arc;
 
 use selvedge_collision::{
     Aabb, Body, BodyContact, CollisionError, CollisionMesh, ContactQuadratic, ContactSource,
-    ContactStiffness, Friction, FrictionAnchored, FrictionLagged, SelfContact, SelfContactSettings, pair_friction,
+    ContactStiffness, Friction, FrictionAnchored, FrictionLagged, SelfContact, SelfContactSettings,
+    pair_friction,
 };
 use selvedge_energy::DofLayout;
 use selvedge_integrator::{

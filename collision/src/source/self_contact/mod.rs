@@ -208,7 +208,10 @@ impl SelfContact {
         let thickness = self.pairs.potential.thickness();
         let mut out = vec![0.0_f64; self.pairs.mesh.points()];
         let c = &self.pairs.candidates;
-        let vertex_triangle = c.vertex_triangle.iter().map(|p| (PairKind::VertexTriangle, p));
+        let vertex_triangle = c
+            .vertex_triangle
+            .iter()
+            .map(|p| (PairKind::VertexTriangle, p));
         let edge_edge = c.edge_edge.iter().map(|p| (PairKind::EdgeEdge, p));
         for (kind, pair) in vertex_triangle.chain(edge_edge) {
             let nodes = match kind {

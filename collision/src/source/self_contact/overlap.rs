@@ -119,6 +119,11 @@ mod tests {
         assert!(Overlap::from_numbers(&numbers, 6).is_err());
         assert!(Overlap::from_numbers(&[0.5], 5).is_err());
         let fresh = Overlap::default().to_numbers();
-        assert!(!Overlap::from_numbers(&fresh, 5).expect("nothing").0.measured);
+        assert!(
+            !Overlap::from_numbers(&fresh, 5)
+                .expect("nothing")
+                .0
+                .measured
+        );
     }
 }
