@@ -14,7 +14,7 @@ pub(crate) fn worst_point(f: &[f64], masses: &[f64]) -> (usize, f64) {
     for (i, (f, m)) in f.iter().zip(masses).enumerate() {
         let error = (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]).sqrt() / m;
         // NaN is the worst of all.
-        if !(error <= worst.1) {
+        if error > worst.1 || error.is_nan() {
             worst = (i, error);
         }
     }

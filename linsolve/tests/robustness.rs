@@ -330,6 +330,8 @@ fn weakly_held_grid(n: u32) -> Bsr<f64> {
     a
 }
 
+type Make = fn() -> Box<dyn Preconditioner<f32>>;
+
 /// Iterating below the floor of single precision must not spoil what was
 /// reached: the residual stays near the floor, κ · 6e-8, and refinement gets on.
 #[test]
@@ -345,7 +347,7 @@ fn iterations_below_the_floor_keep_the_best() {
         max_iterations: 5000,
         ..MpcgSettings::default()
     };
-    let make: [fn() -> Box<dyn Preconditioner<f32>>; 3] = [
+    let make: [Make; 3] = [
         || Box::new(BlockIc::default()),
         || Box::new(BlockJacobi::default()),
         || Box::new(Multigrid::default()),

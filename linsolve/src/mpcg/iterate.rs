@@ -171,7 +171,7 @@ impl<T: Real> Mpcg<T> {
             if done == self.settings.max_iterations {
                 let mut now = self.true_squares(a, filter);
                 if let Some(best) = best
-                    && !(now.stop <= GROWTH * GROWTH * best.stop)
+                    && (now.stop.is_nan() || now.stop > GROWTH * GROWTH * best.stop)
                 {
                     now = self.back_to(best);
                 }
