@@ -72,6 +72,22 @@ pub enum CollisionError {
         /// Index of the point.
         point: u32,
     },
+    /// Body and point approach so fast that the point would end the step deeper
+    /// than where the nearest surface is surely the one that it came through.
+    #[error(
+        "body `{body}` runs over point {point}: {depth:.3e} m deep within one step, more than \
+         {limit:.3e} m"
+    )]
+    Overrun {
+        /// Name of the body.
+        body: String,
+        /// Index of the point.
+        point: u32,
+        /// Depth that is foreseen [m].
+        depth: f64,
+        /// Depth that is allowed [m].
+        limit: f64,
+    },
     /// A history array does not fit this source.
     #[error("contact history `{source_name}`: {reason}")]
     History {

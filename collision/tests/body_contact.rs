@@ -7,7 +7,7 @@ use std::sync::Arc;
 use common::{Floor, World, detect, evaluate, spread};
 use selvedge_collision::{
     Aabb, Body, BodyContact, CollisionError, ContactQuadratic, ContactSource, ContactStiffness,
-    Friction, FrictionAnchored, FrictionLagged, SurfaceSample,
+    Friction, FrictionAnchored, FrictionLagged, StepStart, SurfaceSample,
 };
 use serde_json::Value;
 
@@ -346,5 +346,37 @@ fn derivatives_on_a_flat_floor() {
                 );
             }
         }
+    }
+}
+
+/// A point that would end the step more than three thicknesses inside a body is
+/// refused by name; one that ends near the surface, moves along with the body,
+/// or begins deep already, is not.
+#[test]
+fn overrun_points_are_refused() {
+    let detect = |from: f64, to: f64| {
+        let mut s = BodyContact::new(2, vec![Arc::new(Ball(0.1))]);
+        let at = |x: f64| [5.0, 0.0, 0.0, x, 0.0, 0.0];
+        s.detect(&StepStart {
+            q_start: &at(from),
+            q_predicted: &at(to),
+            dt: 1e-3,
+            time: 0.0,
+        })
+    };
+    assert!(detect(0.101, 0.099).is_ok());
+    assert!(detect(0.09, 0.08).is_ok());
+    assert!(detect(0.13, 0.101).is_ok());
+    match detect(0.105, 0.09) {
+        Err(CollisionError::Overrun {
+            point,
+            depth,
+            limit,
+            ..
+        }) => {
+            assert_eq!(point, 1);
+            assert!((depth - 0.01).abs() < 1e-12 && (limit - 4.5e-3).abs() < 1e-12);
+        }
+        other => panic!("{other:?}"),
     }
 }

@@ -5,7 +5,7 @@ mod common;
 use common::{Random, World, add_sheet, detect, evaluate, spread};
 use selvedge_collision::{
     CollisionMesh, ContactResponse, ContactSet, ContactSource, Friction, FrictionAnchored,
-    FrictionLagged, SelfContact,
+    FrictionLagged, SelfContact, SelfContactSettings,
 };
 use selvedge_energy::{DofLayout, EvalPoint};
 
@@ -473,4 +473,36 @@ fn coverage_is_checked() {
     assert!(!covers(&s, &off));
     off[7] = f64::NAN;
     assert!(!covers(&s, &off));
+}
+
+/// Layers that begin a fifth of a thickness apart part at about what is missing
+/// over the time of release, instead of all at once, and end a thickness apart.
+#[test]
+fn overlaps_are_released_slowly() {
+    let run = |release: f64| {
+        let (mut q, mut triangles) = (Vec::new(), Vec::new());
+        add_sheet(&mut q, &mut triangles, 4, 4, 0.01, 0.0);
+        add_sheet(&mut q, &mut triangles, 4, 4, 0.01, 0.2 * DELTA);
+        let mesh = CollisionMesh::from_positions(&q, triangles, &[], DELTA).unwrap();
+        let settings = SelfContactSettings {
+            release,
+            ..SelfContactSettings::default()
+        };
+        let s = SelfContact::new(mesh).with_settings(settings).unwrap();
+        let points = q.len() / 3;
+        let mut world = World::new(q, vec![2e-5; points], vec![Box::new(s)]);
+        let mut fastest = 0.0_f64;
+        for _ in 0..50 {
+            world.step(5e-4);
+            fastest = fastest.max(world.v.iter().map(|v| v.abs()).fold(0.0, f64::max));
+        }
+        let gap = world.point(points - 1)[2] - world.point(points / 2 - 1)[2];
+        (fastest, gap)
+    };
+    let (slow, gap) = run(0.02);
+    let (at_once, _) = run(0.0);
+    let expected = 0.5 * 0.8 * DELTA / 0.02;
+    assert!(slow < 3.0 * expected, "{slow} m/s");
+    assert!(at_once > 5.0 * slow, "{at_once} m/s");
+    assert!(gap > 0.99 * DELTA, "{gap} m");
 }

@@ -73,6 +73,21 @@ pub enum StepError {
         /// Tolerance in the same norm.
         tolerance: f64,
     },
+    /// The Newton budget ran out with one point above its own tolerance.
+    #[error(
+        "Newton's method stopped after {iterations} iterations with a velocity error of \
+         {error:.3e} m/s at point {point} (tolerance {tolerance:.3e} m/s)"
+    )]
+    PointNotConverged {
+        /// Iterations done.
+        iterations: usize,
+        /// The point.
+        point: usize,
+        /// Its velocity error [m/s].
+        error: f64,
+        /// Tolerance [m/s].
+        tolerance: f64,
+    },
     /// No line-search try reduced the residual.
     #[error(
         "the line search found no smaller residual than {residual:.3e} in iteration {iteration}"

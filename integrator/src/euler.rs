@@ -3,7 +3,7 @@ use selvedge_energy::{Curvature, EvalPoint};
 use selvedge_linsolve::{Filter, LinsolveError, SolveReport, SolveStatus};
 
 use crate::contact::Contacts;
-use crate::norm::residual_norm;
+use crate::norm::{residual_norm, worst_point};
 use crate::{
     CurvaturePolicy, Evaluation, Integrator, Ledger, NewtonSettings, Pins, PlanError, ScenePlan,
     State, StepError, StepReport, StepRequest, TermEnergy,
@@ -96,16 +96,36 @@ impl BackwardEuler {
                 &mut report,
                 ledger,
             )?;
-            if residual < self.settings.tolerance || matches!(end, Iteration::RoundOff) {
+            let reached = residual < self.settings.tolerance && self.points_reached(plan);
+            if reached || matches!(end, Iteration::RoundOff) {
                 report.residual = residual;
                 return Ok(report);
             }
+        }
+        if let Some(tolerance) = self.settings.point_tolerance
+            && residual < self.settings.tolerance
+        {
+            let (point, error) = worst_point(&self.b, &plan.inertia.masses);
+            return Err(StepError::PointNotConverged {
+                iterations: self.settings.iterations,
+                point,
+                error,
+                tolerance,
+            });
         }
         Err(StepError::NotConverged {
             iterations: self.settings.iterations,
             residual,
             tolerance: self.settings.tolerance,
         })
+    }
+
+    /// Whether every single point is solved for, where that is asked for.
+    fn points_reached(&self, plan: &ScenePlan) -> bool {
+        let Some(tolerance) = self.settings.point_tolerance else {
+            return true;
+        };
+        worst_point(&self.b, &plan.inertia.masses).1 <= tolerance
     }
 
     #[allow(clippy::too_many_arguments)]

@@ -78,6 +78,9 @@ impl Forcing {
 pub struct NewtonSettings {
     /// Residual at which a step is accepted, in the units of `norm`.
     pub tolerance: f64,
+    /// Velocity error of any single point [m/s] that must be met as well; `None`
+    /// leaves single points to the norm, which hides those of little mass.
+    pub point_tolerance: Option<f64>,
     /// Iterations before a step fails.
     pub iterations: usize,
     /// Tries of the line search, halving from a full step.
@@ -94,6 +97,7 @@ impl Default for NewtonSettings {
     fn default() -> Self {
         Self {
             tolerance: 1e-2,
+            point_tolerance: None,
             iterations: 5,
             line_search_tries: 5,
             norm: ResidualNorm::Mass,
@@ -214,6 +218,7 @@ impl NewtonSettings {
     /// [`PlanError::Setting`] for the first value outside its range.
     pub fn validate(&self) -> Result<(), PlanError> {
         positive("newton_tolerance", self.tolerance)?;
+        positive("point_tolerance", self.point_tolerance.unwrap_or(1.0))?;
         at_least_one("newton_iterations", self.iterations)?;
         at_least_one("line_search_halvings", self.line_search_tries)
     }

@@ -39,8 +39,9 @@ pub fn preconditioner_by_name<T: Real>(
 }
 
 /// A solver by name; `preconditioner` and the limits of `settings` are unused
-/// by `"direct"`. `"refined"` takes the tolerance for the outer residual and
-/// solves with 1e-4 inside.
+/// by `"direct"`. `"cg"` turns to `"block-ic"` for the second half of its
+/// iterations where the first did not suffice. `"refined"` takes the tolerance
+/// for the outer residual and solves with 1e-3 inside.
 ///
 /// # Errors
 /// [`LinsolveError::UnknownName`], which lists the names valid for `T`.
@@ -55,10 +56,16 @@ pub fn solver_by_name<T: Real>(
         &SOLVERS[..2]
     };
     match name {
-        "cg" => Ok(Box::new(Mpcg::new(
-            preconditioner_by_name(preconditioner)?,
-            settings,
-        ))),
+        "cg" => {
+            let cg = Mpcg::new(preconditioner_by_name(preconditioner)?, settings);
+            // Two of the names are the rescue itself.
+            let strong = ["ic", "block-ic"].contains(&preconditioner);
+            Ok(Box::new(if strong {
+                cg
+            } else {
+                cg.with_rescue(Box::new(BlockIc::default()))
+            }))
+        }
         "direct" => Ok(Box::new(Direct::new(settings.tolerance))),
         "refined" if T::refined_exists() => {
             let inner = preconditioner_by_name::<f32>(preconditioner)?;

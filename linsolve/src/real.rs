@@ -184,7 +184,7 @@ real!(f64, u64, AtomicU64, f64x4, {
     ) -> Option<Box<dyn LinearSolver<f64>>> {
         let tolerance = settings.tolerance;
         let inner = MpcgSettings {
-            tolerance: 1e-4,
+            tolerance: 1e-3,
             ..settings
         };
         Some(Box::new(Refined::new(

@@ -302,3 +302,102 @@ fn stop_norms() {
         }
     }
 }
+
+/// Grid of unit springs of condition 1e6, whose smoothest mode is the uniform one.
+fn weakly_held_grid(n: u32) -> Bsr<f64> {
+    let at = |i: u32, j: u32| j * n + i;
+    let mut groups: Vec<[u32; 2]> = Vec::new();
+    for j in 0..n {
+        for i in 0..n - 1 {
+            groups.push([at(i, j), at(i + 1, j)]);
+            groups.push([at(j, i), at(j, i + 1)]);
+        }
+    }
+    let points = (n * n) as usize;
+    let pattern = Pattern::from_groups(points, groups.iter().map(|g| &g[..]));
+    let mut a = Bsr::<f64>::zeros(Arc::new(pattern));
+    let pattern = a.pattern().clone();
+    let unit = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+    for [p, q] in &groups {
+        for (i, j, s) in [(p, p, 1.0), (q, q, 1.0), (p, q, -1.0), (q, p, -1.0)] {
+            let slot = pattern.slot(*i, *j).expect("springs made the pattern");
+            a.add_block(slot as usize, &unit, s);
+        }
+    }
+    for i in 0..points {
+        a.add_diagonal(i, 8e-6);
+    }
+    a
+}
+
+type Make = fn() -> Box<dyn Preconditioner<f32>>;
+
+/// Iterating below the floor of single precision must not spoil what was
+/// reached: the residual stays near the floor, κ · 6e-8, and refinement gets on.
+#[test]
+fn iterations_below_the_floor_keep_the_best() {
+    let a = weakly_held_grid(24);
+    let mut single = DualMatrix::new(Bsr::<f32>::zeros(Arc::clone(a.pattern())));
+    single.stat.copy_from(&a);
+    let b: Vec<f64> = (0..a.dim())
+        .map(|k| ((k * k) as f64 * 0.37).sin())
+        .collect();
+    let settings = |tolerance| MpcgSettings {
+        tolerance,
+        max_iterations: 5000,
+        ..MpcgSettings::default()
+    };
+    let make: [Make; 3] = [
+        || Box::new(BlockIc::default()),
+        || Box::new(BlockJacobi::default()),
+        || Box::new(Multigrid::default()),
+    ];
+    for make in make {
+        for tolerance in [1e-4, 1e-5, 1e-6] {
+            let mut x = vec![0.0; b.len()];
+            let report = Mpcg::<f32>::new(make(), settings(tolerance))
+                .solve(&single, &b, &NoFilter, &mut x)
+                .expect("operands fit");
+            assert_eq!(report.status, SolveStatus::Stagnated, "{report:?}");
+            assert!(report.relative_residual < 6e-3, "{report:?}");
+            let mut refined = Refined::new(Mpcg::new(make(), settings(tolerance)), 1e-10);
+            x.fill(0.0);
+            let report = refined
+                .solve(&a, &b, &NoFilter, &mut x)
+                .expect("operands fit");
+            let passes = refined.passes();
+            assert!(report.converged() && passes <= 5, "{passes} {report:?}");
+        }
+    }
+}
+
+/// What the chosen preconditioner does not bring to the tolerance in half of
+/// the iterations, incomplete factorisation does in the other half; a second
+/// solve gives the same bits.
+#[test]
+fn a_weak_preconditioner_is_rescued() {
+    let a = weakly_held_grid(24);
+    let b: Vec<f64> = (0..a.dim()).map(|k| (k as f64 * 0.37).sin()).collect();
+    let settings = MpcgSettings {
+        tolerance: 1e-8,
+        max_iterations: 110,
+        ..MpcgSettings::default()
+    };
+    let mut x = vec![0.0; b.len()];
+    let alone = Mpcg::<f64>::new(Box::new(BlockJacobi::default()), settings.clone())
+        .solve(&a, &b, &NoFilter, &mut x)
+        .expect("operands fit");
+    assert_eq!(alone.status, SolveStatus::IterationLimit, "{alone:?}");
+    let mut solver =
+        solver_by_name::<f64>("cg", "block-jacobi", settings.clone()).expect("valid names");
+    let mut runs = Vec::new();
+    for _ in 0..2 {
+        x.fill(0.0);
+        let report = solver.solve(&a, &b, &NoFilter, &mut x).expect("it fits");
+        assert!(report.converged(), "{report:?}");
+        assert_eq!(report.solver, "cg, rescued");
+        assert!((56..=110).contains(&report.iterations), "{report:?}");
+        runs.push(x.clone());
+    }
+    assert_eq!(runs[0], runs[1]);
+}

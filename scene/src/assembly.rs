@@ -11,10 +11,11 @@ use selvedge_integrator::{
 };
 
 use crate::build::{Built, BuiltScene, Sewn, StageOptions, broad_phase};
-use crate::driver::{Progress, RunError, chain, tick};
+use crate::driver::{Progress, RunError, RunOptions, chain, tick};
 use crate::file::model::Cloth;
 use crate::result::figures;
 use crate::summary::{StageSummary, Status};
+use crate::watchdog::{Scope, Stage, Verdict, Watchdog};
 
 /// How an assembly ended.
 pub(crate) enum Assembled {
@@ -50,6 +51,8 @@ pub(crate) enum Assembled {
 pub(crate) fn assemble(
     built: &BuiltScene,
     mut state: State,
+    mut dog: Option<&mut Watchdog>,
+    options: &RunOptions,
     progress: &mut (dyn Progress + Send),
     interrupt: &AtomicBool,
 ) -> Result<Assembled, RunError> {
@@ -67,6 +70,17 @@ pub(crate) fn assemble(
         state.time = 0.0;
         state.v.fill(0.0);
         let Built { mut simulation, .. } = built.simulation(state.clone(), &stage)?;
+        let scope = Scope {
+            built,
+            directory: &options.directory,
+            start: &state.q,
+            version: &options.version,
+            stage: Stage { name, crossed },
+        };
+        if let Some(dog) = &mut dog {
+            dog.enter(scope.stage, built.scene());
+        }
+        let failed = |reason: String| Some((Status::Failed, format!("{name}: {reason}")));
         let cut = loop {
             if interrupt.load(Ordering::Relaxed) {
                 break Some((
@@ -77,13 +91,27 @@ pub(crate) fn assemble(
                     ),
                 ));
             }
-            match simulation.advance() {
-                Ok(Outcome::Accepted { dt, report }) => {
+            if let Some(dog) = &mut dog {
+                dog.begin(&simulation);
+            }
+            let verdict = match (simulation.advance(), &mut dog) {
+                (Ok(Outcome::Ended(_)), _) => break None,
+                (Ok(Outcome::Accepted { dt, report }), dog) => {
                     progress.tick(&tick(name, &simulation, dt, &report));
+                    match dog {
+                        Some(dog) => dog.accepted(&mut simulation, dt, &report, &scope),
+                        None => Verdict::Fine,
+                    }
                 }
-                Ok(Outcome::Rejected { .. }) => {}
-                Ok(Outcome::Ended(_)) => break None,
-                Err(e) => break Some((Status::Failed, format!("{name}: {}", chain(&e)))),
+                (Ok(Outcome::Rejected { dt, reason }), Some(dog)) => {
+                    dog.rejected(&mut simulation, dt, &reason, &scope)
+                }
+                (Ok(Outcome::Rejected { .. }), None) => Verdict::Fine,
+                (Err(e), Some(dog)) => break failed(dog.gave_up(&mut simulation, &e, &scope)),
+                (Err(e), None) => break failed(chain(&e)),
+            };
+            if let Verdict::Stop(reason) = verdict {
+                break failed(reason);
             }
         };
         state = simulation.state().clone();
@@ -238,6 +266,14 @@ fn stages(built: &BuiltScene, crossed: bool) -> [(&'static str, &'static str, St
             stage(true, a.settle_time, 0.1),
         ),
     ]
+}
+
+/// The stage of a name; `None` for what is no stage of sewing.
+pub(crate) fn stage(built: &BuiltScene, crossed: bool, name: &str) -> Option<StageOptions> {
+    let all = stages(built, crossed).into_iter();
+    all.map(|(n, _, s)| (n, s))
+        .find(|(n, _)| *n == name)
+        .map(|(_, s)| s)
 }
 
 fn empty(name: &str, what: &str, clock: Instant) -> StageSummary {

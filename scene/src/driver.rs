@@ -17,7 +17,7 @@ use crate::diagnostic::Diagnostics;
 use crate::process;
 use crate::result;
 use crate::summary::{StageSummary, Status, Summary};
-use crate::watchdog::{Scope, Verdict, Watchdog};
+use crate::watchdog::{Scope, Stage, Verdict, Watchdog};
 
 /// What a run is asked for, beside the scene.
 #[derive(Clone, Debug)]
@@ -201,8 +201,9 @@ fn run_here(
     let mut state = State::at_rest(&built.geometry.positions);
     let mut stages: Vec<StageSummary> = Vec::new();
     let mut early: Option<Drape> = None;
+    let mut dog = Watchdog::new(scene);
     if checkpoint.is_none() && built.geometry.sewn {
-        match assembly::assemble(built, state, progress, interrupt)? {
+        match assembly::assemble(built, state, dog.as_mut(), options, progress, interrupt)? {
             assembly::Assembled::Done {
                 state: assembled,
                 summaries,
@@ -250,7 +251,9 @@ fn run_here(
     }
 
     let mut last = StepReport::default();
-    let mut dog = Watchdog::new(scene);
+    if let Some(dog) = &mut dog {
+        dog.enter(Stage::drape(), scene);
+    }
     let drape = match early {
         Some(drape) => drape,
         None => {
@@ -349,6 +352,7 @@ fn drape(
         directory: &options.directory,
         start,
         version: &options.version,
+        stage: Stage::drape(),
     };
     let failed = |reason: String| {
         Ok(Drape {

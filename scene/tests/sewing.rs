@@ -1,12 +1,14 @@
 //! Runs that end while a garment is sewn.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use selvedge_scene::build::BuiltScene;
-use selvedge_scene::driver::{self, Progress, RunOptions, Tick};
+use selvedge_scene::driver::{self, Progress, RunOptions, RunResult, Silent, Tick};
 use selvedge_scene::file;
 use selvedge_scene::summary::Status;
+use selvedge_scene::watchdog::{Dump, Trouble};
 
 /// Half a tube in front of a column and half behind it, sewn together.
 const TUBE: &str = r#"{"pattern": {"panels": {
@@ -78,4 +80,79 @@ fn stopped_while_sewing() {
     assert!(last.simulated_s > 0.0, "{last:?}");
     assert!(s.reason.contains(&last.name), "{}", s.reason);
     assert!(options.directory.join("final.obj").is_file());
+}
+
+/// Runs a scene with some keys changed.
+fn run(text: &str, path: &Path, folder: &Path, set: &[(&str, &str)]) -> RunResult {
+    let own = |(k, v): &(&str, &str)| ((*k).to_owned(), (*v).to_owned());
+    let set: Vec<_> = set.iter().map(own).collect();
+    let parsed = file::parse(text, path, &set).expect("a valid scene");
+    let built = BuiltScene::new(parsed).expect("a scene that can be built");
+    let options = RunOptions {
+        directory: folder.to_owned(),
+        resume: false,
+        scene_text: text.to_owned(),
+        version: "test".to_owned(),
+    };
+    driver::run(&built, &options, &mut Silent, &AtomicBool::new(false)).expect("a run")
+}
+
+/// A stage of sewing that no step can solve ends with a finding that names the
+/// stage, and with a step that fails again, and passes with a sane tolerance.
+#[test]
+fn sewing_is_watched() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("tube.json"), TUBE).expect("a file");
+    let path = folder.path().join("tube.toml");
+    let hopeless = [
+        ("integrator.newton_tolerance", "1e-30"),
+        ("integrator.newton_iterations", "1"),
+        ("integrator.min_step", "1e-4"),
+    ];
+    let s = run(SCENE, &path, &folder.path().join("out"), &hopeless).summary;
+    assert_eq!(s.status, Status::Failed, "{}", s.reason);
+    assert!(s.reason.contains("close seams"), "{}", s.reason);
+    let event = s.watchdog.last().expect("a finding");
+    assert_eq!(event.stage, "close seams");
+    assert_eq!(event.trouble, Trouble::Underflow);
+    let dump = event.dump.as_ref().map(Path::new).expect("a dump");
+    let whole = Dump::read(dump).expect("a dump");
+    let again = whole.replay(dump, &[]).expect("a replay");
+    assert!(!again.accepted, "{again:?}");
+    let sane = [
+        ("integrator.newton_tolerance".to_owned(), "1e-2".to_owned()),
+        ("integrator.newton_iterations".to_owned(), "5".to_owned()),
+    ];
+    let mended = whole.replay(dump, &sane).expect("a replay");
+    assert!(mended.accepted, "{mended:?}");
+}
+
+/// Final hashes of a scene with the watchdog on and off, and the findings.
+fn hashes(text: &str, path: &Path, folder: &Path) -> ([String; 2], usize) {
+    let on = run(text, path, &folder.join("on"), &[]).summary;
+    let off = [("watchdog.enabled", "false")];
+    let off = run(text, path, &folder.join("off"), &off).summary;
+    assert_ne!(on.status, Status::Failed, "{}", on.reason);
+    let hashes = [on.final_state_hash, off.final_state_hash];
+    (hashes, on.watchdog.len())
+}
+
+/// Watching a healthy garment changes no bit of it.
+#[test]
+fn watching_a_garment_changes_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("tube.json"), TUBE).expect("a file");
+    let (hashes, findings) = hashes(SCENE, &folder.path().join("tube.toml"), folder.path());
+    assert_eq!((&hashes[0], findings), (&hashes[1], 0));
+}
+
+/// The same for the T-shirt on its mannequin, from the pattern to the end.
+#[test]
+#[ignore = "some minutes"]
+fn watching_the_tshirt_changes_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/tshirt.toml");
+    let text = std::fs::read_to_string(&path).expect("the scene");
+    let (hashes, findings) = hashes(&text, &path, folder.path());
+    assert_eq!((&hashes[0], findings), (&hashes[1], 0));
 }

@@ -2,7 +2,7 @@
 
 use super::scenes::{BARE, DAMPED, FLOOR, GENTLE, STIFF, scene};
 use crate::case::{Case, Expected, Figures, Pace, TOUCHES, at_least, at_most, below, equal, told};
-use crate::sim::{distance, norm, sub};
+use crate::sim::{distance, fastest, norm, sub};
 use crate::{Bench, HardError};
 
 pub static CASES: [Case; 8] = [
@@ -14,7 +14,8 @@ pub static CASES: [Case; 8] = [
         bounds: &[
             equal("finite", "1", 1.0),
             at_least("median distance over half a thickness", "1", 1.0),
-            told("speed", "m/s"),
+            // Ten times what a thickness in the time of release makes.
+            below("speed", "m/s", 0.5),
         ],
         pace: Pace::Quick,
         axes: TOUCHES,
@@ -73,10 +74,13 @@ pub static CASES: [Case; 8] = [
         bounds: &[
             equal("crossings at 2 m/s", "1", 0.0),
             below("depth in the ball at 2 m/s", "m", 1e-3),
-            equal("points passed at 2 m/s", "1", 0.0),
-            equal("crossings at 10 m/s, unless it stops", "1", 0.0),
+            below("deepest over what is certain at 2 m/s", "1", 1.0),
+            below("way in a step over the radius at 2 m/s", "1", 1.0),
+            equal("crossings at 10 m/s", "1", 0.0),
             below("depth in the ball at 10 m/s", "m", 1e-3),
-            equal("points passed at 10 m/s", "1", 0.0),
+            below("deepest over what is certain at 10 m/s", "1", 1.0),
+            below("way in a step over the radius at 10 m/s", "1", 1.0),
+            told("most crossings on the way at 10 m/s", "1"),
         ],
         pace: Pace::Quick,
         axes: TOUCHES,
@@ -125,9 +129,7 @@ pub static CASES: [Case; 8] = [
         ],
         pace: Pace::Slow,
         axes: TOUCHES,
-        expected: Expected::Fails(
-            "eight layers in full contact did not end three steps within 150 s",
-        ),
+        expected: Expected::Passes,
         run: many,
     },
 ];
@@ -235,7 +237,11 @@ fn pinch(b: &Bench) -> Result<Figures, HardError> {
 }
 
 fn fast_body(b: &Bench) -> Result<Figures, HardError> {
-    let hit = |speed: f64| -> Result<[f64; 3], HardError> {
+    // Up to three thicknesses in the ball the nearest surface is the one that
+    // the cloth came through. Looked at after every step, and with less than a
+    // radius on the way in each, nothing passes through the ball.
+    let certain = 4.5e-3;
+    let hit = |speed: f64| -> Result<[f64; 5], HardError> {
         let way = 0.3;
         let body = format!(
             "[[body]]\nkind = \"sphere\"\ncenter = [0, 0, -0.1]\nradius = 0.05\nmotion = [{{ time = 0 }}, {{ time \
@@ -251,25 +257,36 @@ fn fast_body(b: &Bench) -> Result<Figures, HardError> {
         ]);
         let duration = format!("{:?}", way / speed);
         let mut sim = b.sim(&text, &[("simulation.duration", &duration)])?;
-        match sim.run_or_give_up()? {
-            // To stop is allowed; to go on with wrong contact is not.
-            Some(_) => Ok([0.0; 3]),
-            None => {
-                // The ball ends at z = 0.2 m: cloth on its axis has to be before it.
-                let points = sim.points().into_iter();
-                let axis = points.filter(|p| p[0].hypot(p[1]) < 0.03 && p[2] < 0.2);
-                Ok([sim.crossings(), sim.inside(), axis.count() as f64])
+        let (mut crossed, mut deepest, mut way) = (0.0_f64, 0.0_f64, 0.0_f64);
+        loop {
+            let time = sim.s.state().time;
+            match sim.step() {
+                Ok(true) => {}
+                Ok(false) => {
+                    let end = [sim.crossings(), sim.inside()];
+                    return Ok([end[0], end[1], deepest / certain, way / 0.05, crossed]);
+                }
+                // To stop is allowed; to go on with wrong contact is not.
+                Err(HardError::Simulation(_)) => return Ok([0.0; 5]),
+                Err(e) => return Err(e),
             }
+            let dt = sim.s.state().time - time;
+            way = way.max((speed + fastest(&sim.s)) * dt);
+            crossed = crossed.max(sim.crossings());
+            deepest = deepest.max(sim.inside());
         }
     };
     let (slow, fast) = (hit(2.0)?, hit(10.0)?);
     Ok(vec![
         ("crossings at 2 m/s", slow[0]),
         ("depth in the ball at 2 m/s", slow[1]),
-        ("points passed at 2 m/s", slow[2]),
-        ("crossings at 10 m/s, unless it stops", fast[0]),
+        ("deepest over what is certain at 2 m/s", slow[2]),
+        ("way in a step over the radius at 2 m/s", slow[3]),
+        ("crossings at 10 m/s", fast[0]),
         ("depth in the ball at 10 m/s", fast[1]),
-        ("points passed at 10 m/s", fast[2]),
+        ("deepest over what is certain at 10 m/s", fast[2]),
+        ("way in a step over the radius at 10 m/s", fast[3]),
+        ("most crossings on the way at 10 m/s", fast[4]),
     ])
 }
 

@@ -6,7 +6,7 @@ mod iterate;
 use crate::error::{check_finite, check_len};
 use crate::{
     BlockJacobi, ExplicitOperator, Filter, LinearOperator, LinearSolver, LinsolveError,
-    Preconditioner, Real, SolveReport, Sums, vector,
+    Preconditioner, Real, SolveReport, SolveStatus, Sums, vector,
 };
 use std::sync::Arc;
 
@@ -75,16 +75,17 @@ impl Default for MpcgSettings {
 /// * Divergence returns `x` as it was on entry.
 /// * Where the true and the recursive residual are apart by half of the true
 ///   one, rounding leads \[VanDerVorstYe2000\] and the iteration restarts. When
-///   the true one has not halved over three such looks, or a restart no longer helps, the best iterate seen
-///   comes back as [`Stagnated`](crate::SolveStatus::Stagnated); curvature and
+///   the true one has not halved over three such looks, or a restart no longer
+///   helps, the best iterate seen comes back as [`Stagnated`](crate::SolveStatus::Stagnated); curvature and
 ///   growth are no longer believed then.
 ///
-/// Vectors are in `T`, sums as [`sums`](MpcgSettings::sums) says, and the system is scaled by a power of
-/// two so that `b` is of order 1: nothing underflows in `f32`.
+/// Vectors are in `T`, sums as [`sums`](MpcgSettings::sums) says, and the system
+/// is scaled by a power of two so that `b` is of order 1: nothing underflows in `f32`.
 pub struct Mpcg<T> {
     /// Settings.
     pub settings: MpcgSettings,
     preconditioner: Box<dyn Preconditioner<T>>,
+    rescue: Option<Box<dyn Preconditioner<T>>>,
     work: Work<T>,
 }
 
@@ -108,8 +109,49 @@ impl<T: Real> Mpcg<T> {
         Self {
             settings,
             preconditioner,
+            rescue: None,
             work: Work::default(),
         }
+    }
+
+    /// A stronger preconditioner for systems that the first one does not bring
+    /// to the tolerance within half of the iterations: the second half goes on
+    /// from the iterate with it. Every solve begins with the first one anew, so
+    /// that it depends on nothing but its system.
+    #[must_use]
+    pub fn with_rescue(mut self, stronger: Box<dyn Preconditioner<T>>) -> Self {
+        self.rescue = Some(stronger);
+        self
+    }
+
+    /// Goes on from `x` with the stronger preconditioner.
+    fn rescue(
+        &mut self,
+        a: &dyn ExplicitOperator<T>,
+        b: &[f64],
+        filter: &dyn Filter<T>,
+        x: &mut [f64],
+        first: SolveReport,
+    ) -> Result<SolveReport, LinsolveError> {
+        let Some(mut stronger) = self.rescue.take() else {
+            return Ok(first);
+        };
+        let limit = self.settings.max_iterations;
+        let mut report = Ok(first);
+        // A factorisation that fails leaves the iterate of the first half.
+        if stronger.update(a, filter).is_ok() {
+            std::mem::swap(&mut self.preconditioner, &mut stronger);
+            self.settings.max_iterations = limit - first.iterations.min(limit);
+            report = self.solve_operator(a, b, filter, x);
+            self.settings.max_iterations = limit;
+            std::mem::swap(&mut self.preconditioner, &mut stronger);
+        }
+        self.rescue = Some(stronger);
+        report.map(|second| SolveReport {
+            solver: "cg, rescued",
+            iterations: first.iterations + second.iterations,
+            ..second
+        })
     }
 
     /// With block Jacobi and a tolerance.
@@ -187,7 +229,18 @@ impl<T: Real> LinearSolver<T> for Mpcg<T> {
     ) -> Result<SolveReport, LinsolveError> {
         check_len("right-hand side", a.dim(), b.len())?;
         self.preconditioner.update(a, filter)?;
-        self.solve_operator(a, b, filter, x)
+        if self.rescue.is_none() {
+            return self.solve_operator(a, b, filter, x);
+        }
+        let limit = self.settings.max_iterations;
+        self.settings.max_iterations = limit.div_ceil(2);
+        let first = self.solve_operator(a, b, filter, x);
+        self.settings.max_iterations = limit;
+        let first = first?;
+        match first.status {
+            SolveStatus::IterationLimit => self.rescue(a, b, filter, x, first),
+            _ => Ok(first),
+        }
     }
 
     fn set_tolerance(&mut self, relative: f64) {
@@ -199,5 +252,6 @@ impl<T: Real> LinearSolver<T> for Mpcg<T> {
         let vectors = [&w.x, &w.r, &w.c, &w.q, &w.z, &w.start, &w.best];
         vectors.iter().map(|v| v.capacity()).sum::<usize>() * size_of::<T>()
             + self.preconditioner.heap_bytes()
+            + self.rescue.as_ref().map_or(0, |p| p.heap_bytes())
     }
 }

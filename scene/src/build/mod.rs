@@ -16,7 +16,8 @@ use std::sync::Arc;
 
 use selvedge_collision::{
     Aabb, Body, BodyContact, CollisionError, CollisionMesh, ContactQuadratic, ContactSource,
-    ContactStiffness, Friction, FrictionAnchored, FrictionLagged, SelfContact, pair_friction,
+    ContactStiffness, Friction, FrictionAnchored, FrictionLagged, SelfContact, SelfContactSettings,
+    pair_friction,
 };
 use selvedge_energy::DofLayout;
 use selvedge_integrator::{
@@ -171,6 +172,7 @@ impl BuiltScene {
             },
             newton: NewtonSettings {
                 tolerance: i.newton_tolerance,
+                point_tolerance: i.point_tolerance,
                 iterations: i.newton_iterations,
                 line_search_tries: i.line_search_halvings,
                 norm: match i.residual_norm {
@@ -437,6 +439,10 @@ impl BuiltScene {
             )?;
             let mut contact = SelfContact::new(mesh)
                 .with_backend(system::backend(c.broad_phase))
+                .with_settings(SelfContactSettings {
+                    release: c.release,
+                    ..SelfContactSettings::default()
+                })?
                 .with_potential(quadratic(
                     ContactQuadratic::cloth(),
                     c.thickness,

@@ -4,6 +4,7 @@ use selvedge_integrator::{Outcome, Simulation, SimulationError, Snapshot, State}
 use serde::{Deserialize, Serialize};
 
 use super::{EnergyMeter, Event, Ladder, Scope};
+use crate::assembly;
 use crate::build::{Built, BuiltScene};
 use crate::diagnostic::Diagnostics;
 use crate::driver::chain;
@@ -32,7 +33,10 @@ pub struct Dump {
     pub scene: Source,
     /// Every effective setting, for readers.
     pub settings: serde_json::Value,
-    /// Positions at the start of the drape, 16 hexadecimal digits a number.
+    /// Whether the garment crossed itself when it was sewn.
+    #[serde(default)]
+    crossed: bool,
+    /// Positions at the start of the stage, 16 hexadecimal digits a number.
     pub start: String,
     /// Mechanical energy before the step [J], where it is known.
     pub energy_before: Option<f64>,
@@ -126,6 +130,7 @@ impl Dump {
             rung,
             scene,
             settings: built.scene().effective(),
+            crossed: scope.stage.crossed,
             start: hex(scope.start),
             energy_before,
             sections: sections.map(|(n, v)| (n.clone(), hex(v))).collect(),
@@ -189,12 +194,14 @@ impl Dump {
             return Err(broken("start"));
         }
         state.q = start;
+        let sewing = assembly::stage(&built, self.crossed, &self.event.stage);
+        let stage = sewing.unwrap_or_else(|| built.drape_stage());
         let Built {
             mut simulation,
             attachments,
             ..
         } = built
-            .simulation(state, &built.drape_stage())
+            .simulation(state, &stage)
             .map_err(ReplayError::Scene)?;
         let mut snapshot = Snapshot::default();
         for (name, text) in &self.sections {

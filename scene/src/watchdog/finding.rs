@@ -3,6 +3,7 @@ use selvedge_energy::EvalPoint;
 use selvedge_integrator::{Simulation, StepError};
 use serde::{Deserialize, Serialize};
 
+use super::Stage;
 use crate::build::BuiltScene;
 
 /// One kind of trouble.
@@ -42,7 +43,10 @@ pub struct Event {
     pub trouble: Trouble,
     /// In a sentence.
     pub what: String,
-    /// Simulated time at the start of the step [s].
+    /// `drape`, or the stage of sewing.
+    #[serde(default = "drape")]
+    pub stage: String,
+    /// Simulated time at the start of the step, from the start of the stage [s].
     pub time_s: f64,
     /// Accepted steps before it.
     pub step: u64,
@@ -58,6 +62,10 @@ pub struct Event {
     pub answer: Answer,
     /// File from which the step can be replayed.
     pub dump: Option<String>,
+}
+
+fn drape() -> String {
+    Stage::DRAPE.to_owned()
 }
 
 /// Where trouble sits.

@@ -8,6 +8,10 @@
 //! | energy | `E₁ − E₀` above what was worked on the cloth, see [`EnergyMeter`] |
 //! | underflow | a step below `integrator.min_step` |
 //!
+//! Every stage of a run is watched: the sewing of garments and the drape. Energy
+//! is compared in the drape only, after its relaxation, since before that
+//! stiffness grows and velocities are taken away.
+//!
 //! The ladder: tighter linear tolerance, projected curvature, smaller steps,
 //! clean stop with a [`Dump`]. A run without findings has the same bits with
 //! and without the guard: it reads, and writes only to answer.
@@ -48,6 +52,29 @@ pub(crate) struct Scope<'a> {
     pub directory: &'a Path,
     pub start: &'a [f64],
     pub version: &'a str,
+    pub stage: Stage,
+}
+
+/// Which part of a run is watched.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stage {
+    pub name: &'static str,
+    /// Whether the garment crossed itself when it was sewn, which decides about
+    /// contact in its first stage.
+    pub crossed: bool,
+}
+
+impl Stage {
+    /// Name of the drape itself.
+    pub const DRAPE: &str = "drape";
+
+    /// The drape.
+    pub fn drape() -> Self {
+        Self {
+            name: Self::DRAPE,
+            crossed: false,
+        }
+    }
 }
 
 /// What comes after a step.
@@ -64,6 +91,7 @@ pub(crate) enum Verdict {
 pub(crate) struct Watchdog {
     settings: WatchdogSettings,
     ladder: Ladder,
+    stage: &'static str,
     rung: u8,
     /// Accepted steps since the last finding.
     calm: usize,
@@ -90,6 +118,7 @@ impl Watchdog {
         scene.watchdog.enabled.then(|| Self {
             settings: scene.watchdog,
             ladder: Ladder::of(scene),
+            stage: Stage::DRAPE,
             rung: 0,
             calm: 0,
             refused: 0,
@@ -104,6 +133,19 @@ impl Watchdog {
             events: Vec::new(),
             unlisted: 0,
         })
+    }
+
+    /// A new simulation begins: nothing of the one before counts but its events.
+    pub fn enter(&mut self, stage: Stage, scene: &SceneFile) {
+        self.stage = stage.name;
+        self.rung = 0;
+        self.calm = 0;
+        self.refused = 0;
+        self.slow = 0;
+        self.meter = EnergyMeter::new(scene.damping.kind == DampingKind::Incremental);
+        self.energy_before = None;
+        self.before = None;
+        self.met_not_finite = false;
     }
 
     /// Before the other ends of attachments move.
@@ -334,6 +376,7 @@ impl Watchdog {
         self.events.push(Event {
             trouble,
             what,
+            stage: self.stage.to_owned(),
             time_s: simulation.state().time,
             step: simulation.counters().steps,
             dt_s: dt,

@@ -68,6 +68,7 @@ fn not_finite_is_named_and_replayed() {
         directory: folder.path(),
         start: &start,
         version: "test",
+        stage: Stage::drape(),
     };
     dog.begin(simulation);
     let Ok(Outcome::Rejected { dt, reason }) = simulation.advance() else {

@@ -10,7 +10,7 @@ use super::envelope::Envelope;
 use super::self_contact::inverse_masses;
 use super::{CHUNK, ContactSource, StepStart, check_margin, check_step, in_order};
 use crate::friction::common_coefficient;
-use crate::vec3::{norm, point, sub};
+use crate::vec3::{Vec3, dot, norm, point, sub};
 use crate::{
     Aabb, Body, CollisionError, ContactPotential, ContactQuadratic, ContactResponse, Friction,
     SurfaceSample, pair_friction,
@@ -52,6 +52,9 @@ impl Default for BodyContactSettings {
 /// body's own frame and move with it. A body that brings its own friction
 /// coefficient rubs with the [geometric mean](crate::pair_friction) of its
 /// and the cloth's, another one with the cloth's.
+///
+/// A step in which a point and a body approach so fast that the point would end
+/// [too deep](CollisionError::Overrun) is refused, for a shorter one.
 pub struct BodyContact {
     bodies: Vec<Arc<dyn Body>>,
     points: Vec<u32>,
@@ -279,6 +282,19 @@ impl BodyContact {
     }
 }
 
+/// Depth in thicknesses beyond which the nearest surface may be the wrong one.
+const DEEP: f64 = 3.0;
+
+/// Depth [m] at the end of the step of a point that moves by `way` [m] in a
+/// step of `dt` [s], where that is beyond the limit and comes from this step's
+/// approach. `s` is the sample where the point begins, of the body's last pose.
+fn foreseen_depth(s: &SurfaceSample, way: Vec3, dt: f64, limit: f64) -> Option<f64> {
+    let closing = dt * dot(s.velocity, s.normal) - dot(way, s.normal);
+    let depth = -(s.distance + dot(way, s.normal));
+    // What begins deeper is past help: it must not hold up the run.
+    (closing > limit && depth > limit && depth - closing < limit).then_some(depth)
+}
+
 /// Coefficient of a body with cloth \[1\].
 fn coefficient(body: &dyn Body, of_cloth: f64) -> f64 {
     match body.friction() {
@@ -308,10 +324,13 @@ impl ContactSource for BodyContact {
         let mut guards = std::mem::take(&mut self.guards);
         candidates.clear();
         let mut fresh = Vec::new();
+        let limit = DEEP * self.potential.thickness();
+        let mut overrun = None;
         for (body, b) in self.bodies.iter().enumerate() {
             let bounds = b.bounds(self.time_end).inflate(reach);
             let body = body as u32;
             let end = self.envelope.end();
+            let predicted = step.q_predicted;
             let points = &self.points;
             let time = self.time_end;
             let near = self.potential.thickness();
@@ -326,6 +345,7 @@ impl ContactSource for BodyContact {
                     task.candidates.clear();
                     task.positions.clear();
                     task.guards.clear();
+                    task.overrun = None;
                     for &point_ in &points[i * CHUNK..((i + 1) * CHUNK).min(points.len())] {
                         let (x, y) = (point(step.q_start, point_), point(end, point_));
                         let way = norm(sub(y, x)) + margin;
@@ -343,6 +363,15 @@ impl ContactSource for BodyContact {
                         }
                     }
                     b.sample_many(&task.positions, time, &mut task.samples);
+                    for (c, s) in task.candidates.iter().zip(&task.samples) {
+                        let (x, y) = (point(step.q_start, c.point), point(predicted, c.point));
+                        let depth = foreseen_depth(s, sub(y, x), step.dt, limit);
+                        if let Some(depth) = depth
+                            && task.overrun.is_none()
+                        {
+                            task.overrun = Some((*c, depth));
+                        }
+                    }
                     // Keep what the field cannot rule out, and what it cannot tell.
                     let mut k = 0;
                     let samples = &task.samples;
@@ -364,6 +393,7 @@ impl ContactSource for BodyContact {
                 |task| {
                     candidates.append(&mut task.candidates);
                     fresh.append(&mut task.guards);
+                    overrun = overrun.or(task.overrun);
                 },
             );
             for (point, g) in fresh.drain(..) {
@@ -374,7 +404,15 @@ impl ContactSource for BodyContact {
         self.candidates = candidates;
         self.tasks = tasks;
         self.split();
-        Ok(())
+        match overrun {
+            Some((c, depth)) => Err(CollisionError::Overrun {
+                body: self.bodies[c.body as usize].name().into(),
+                point: c.point,
+                depth,
+                limit,
+            }),
+            None => Ok(()),
+        }
     }
 
     fn evaluate(

@@ -34,6 +34,8 @@ pub(super) struct Task {
     pub deepest: f64,
     pub deep: usize,
     pub bad: Option<Candidate>,
+    /// First point that a body runs over within the step, and how far [m].
+    pub overrun: Option<(Candidate, f64)>,
 }
 
 /// A touching point.
@@ -215,7 +217,7 @@ impl Pass<'_> {
                 response.body_curvature.push(k);
             }
             deepest = deepest.max(thickness - s.distance);
-            deep += usize::from(s.distance < -3.0 * thickness);
+            deep += usize::from(s.distance < -super::DEEP * thickness);
         });
         (task.energy, task.deepest, task.deep) = (energy, deepest, deep);
     }

@@ -1,10 +1,12 @@
 mod memory;
+mod overlap;
 mod pass;
 mod skin;
 
 use selvedge_energy::{DofLayout, EvalPoint};
 
 use memory::Memory;
+use overlap::Overlap;
 use pass::{LaggedContact, Pairs, Pass, Task};
 use skin::Skin;
 
@@ -12,6 +14,7 @@ use super::envelope::Envelope;
 use super::side::Meeting;
 use super::{CHUNK, ContactSource, StepStart, check_margin, check_step, in_order};
 use crate::friction::common_coefficient;
+use crate::narrow::PairKind;
 use crate::proximity::check_positions;
 use crate::vec3::{combine, point, sub, tangential};
 use crate::{
@@ -41,6 +44,9 @@ pub struct SelfContactSettings {
     /// How far points may drift before slow cloth is searched again \[m\];
     /// zero searches in every step. A quarter of the shortest edge bounds it.
     pub skin: f64,
+    /// Time in which pairs that begin closer than the thickness part \[s\];
+    /// zero lets all their force act at once.
+    pub release: f64,
 }
 
 impl Default for SelfContactSettings {
@@ -49,6 +55,7 @@ impl Default for SelfContactSettings {
             margin: 5e-4,
             overshoot: 0.25,
             skin: 1e-3,
+            release: 0.0,
         }
     }
 }
@@ -65,7 +72,8 @@ impl Default for SelfContactSettings {
 /// varies over the mesh, which moves the rest gap by micrometres.
 ///
 /// Pairs in contact remember on which side of each other they are, and the
-/// anchors of their friction.
+/// anchors of their friction. Cloth that begins closer than the thickness
+/// parts within [`release`](SelfContactSettings::release).
 pub struct SelfContact {
     pairs: Pairs,
     backend: Box<dyn CollisionBackend>,
@@ -96,6 +104,7 @@ impl SelfContact {
                 inverse_masses: Vec::new(),
                 candidates: Candidates::default(),
                 memory: Memory::default(),
+                overlap: Overlap::default(),
             },
             backend: Box::new(ProximityBackend::new(BvhParry::new())),
             settings: SelfContactSettings::default(),
@@ -174,6 +183,13 @@ impl SelfContact {
     /// [`CollisionError::Parameter`] for a negative or infinite value.
     pub fn with_settings(mut self, settings: SelfContactSettings) -> Result<Self, CollisionError> {
         check_margin(settings.margin, settings.overshoot)?;
+        if !(settings.release >= 0.0 && settings.release.is_finite()) {
+            return Err(CollisionError::Parameter {
+                name: "release",
+                value: settings.release,
+                requirement: "finite and not negative",
+            });
+        }
         self.settings = settings;
         Ok(self)
     }
@@ -185,6 +201,32 @@ impl SelfContact {
         let candidates = &mut self.pairs.candidates;
         self.backend
             .detect(&self.pairs.mesh, place, place, reach, candidates)
+    }
+
+    /// By how much the pairs at every point are closer than the thickness [m].
+    fn overlaps(&self, q: &[f64]) -> Vec<f64> {
+        let thickness = self.pairs.potential.thickness();
+        let mut out = vec![0.0_f64; self.pairs.mesh.points()];
+        let c = &self.pairs.candidates;
+        let vertex_triangle = c
+            .vertex_triangle
+            .iter()
+            .map(|p| (PairKind::VertexTriangle, p));
+        let edge_edge = c.edge_edge.iter().map(|p| (PairKind::EdgeEdge, p));
+        for (kind, pair) in vertex_triangle.chain(edge_edge) {
+            let nodes = match kind {
+                PairKind::VertexTriangle => self.pairs.mesh.vertex_triangle_nodes(*pair),
+                PairKind::EdgeEdge => self.pairs.mesh.edge_edge_nodes(*pair),
+            };
+            let closest = kind.closest(&nodes.map(|n| point(q, n)));
+            let depth = thickness - closest.distance.abs();
+            for (n, w) in nodes.iter().zip(closest.weights) {
+                if w != 0.0 && depth > 0.0 {
+                    out[*n as usize] = out[*n as usize].max(depth);
+                }
+            }
+        }
+        out
     }
 
     /// The mesh.
@@ -262,6 +304,7 @@ impl ContactSource for SelfContact {
             margin,
             overshoot,
             skin,
+            release,
         } = self.settings;
         let skin = skin.min(0.25 * mesh.shortest_edge());
         let count = 3 * mesh.points();
@@ -284,6 +327,14 @@ impl ContactSource for SelfContact {
                     &mut self.pairs.candidates,
                 )?;
             }
+        }
+        if release > 0.0 {
+            if !self.pairs.overlap.measured {
+                let start = self.overlaps(step.q_start);
+                self.pairs.overlap.set(step.time, start);
+            }
+            let overlap = &mut self.pairs.overlap;
+            overlap.begin_step(step.time, step.dt, release);
         }
         if let Some(Friction::Lagged(_)) = self.pairs.friction {
             self.lag(step);
@@ -372,7 +423,8 @@ impl ContactSource for SelfContact {
     }
 
     fn history(&self) -> Vec<f64> {
-        let mut out = self.skin.to_numbers();
+        let mut out = self.pairs.overlap.to_numbers();
+        out.extend(self.skin.to_numbers());
         out.extend(self.pairs.memory.to_numbers());
         out
     }
@@ -381,8 +433,10 @@ impl ContactSource for SelfContact {
         let mesh = &self.pairs.mesh;
         let limits = [mesh.points(), mesh.triangles().len(), mesh.edges().len()];
         let anchored = matches!(self.pairs.friction, Some(Friction::Anchored(_)));
-        let (skin, memory) = Skin::from_numbers(history, 3 * mesh.points())?;
+        let (overlap, rest) = Overlap::from_numbers(history, mesh.points())?;
+        let (skin, memory) = Skin::from_numbers(rest, 3 * mesh.points())?;
         self.pairs.memory = Memory::from_numbers(memory, anchored, limits)?;
+        self.pairs.overlap = overlap;
         self.skin = skin;
         // The candidates are those of the last search, so that a restored run
         // goes on with the same bits.
@@ -406,6 +460,7 @@ impl ContactSource for SelfContact {
             + 8 * (self.pairs.candidates.vertex_triangle.capacity()
                 + self.pairs.candidates.edge_edge.capacity())
             + self.pairs.memory.heap_bytes()
+            + self.pairs.overlap.heap_bytes()
             + self.spare.heap_bytes()
             + size_of::<LaggedContact>() * self.lagged.capacity()
             + tasks

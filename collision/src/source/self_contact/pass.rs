@@ -3,13 +3,14 @@ use std::ops::Range;
 use selvedge_energy::EvalPoint;
 
 use super::memory::{Anchor, Memory, Record};
+use super::overlap::Overlap;
 use crate::friction::{AnchorState, anchor_damping, from_frame, to_frame};
 use crate::narrow::PairKind;
 use crate::source::side::{Meeting, Pair, Side, Touch};
 use crate::vec3::{Vec3, add, add_outer, axpy, combine, point, scale, sub, tangential};
 use crate::{
     Candidates, CollisionMesh, ContactPotential, ContactResponse, Friction, FrictionAnchored,
-    pair_friction,
+    Repulsion, pair_friction,
 };
 
 /// What evaluation reads.
@@ -22,6 +23,7 @@ pub(super) struct Pairs {
     pub inverse_masses: Vec<f64>,
     pub candidates: Candidates,
     pub memory: Memory,
+    pub overlap: Overlap,
 }
 
 impl Pairs {
@@ -143,6 +145,14 @@ impl<'a> Pass<'a> {
         }
     }
 
+    /// Repulsion at a gap, less what an initial overlap is still allowed.
+    #[inline]
+    fn repulsion(&self, kind: PairKind, pair: [u32; 2], gap: f64) -> Repulsion {
+        let allowed = self.pairs.overlap.allowed(&self.nodes(kind, pair));
+        let area = self.area(kind, pair);
+        self.pairs.potential.evaluate(gap + allowed, area)
+    }
+
     #[inline]
     pub(super) fn meet(&self, kind: PairKind, pair: [u32; 2], side: Option<Side>) -> Meeting {
         let nodes = self.nodes(kind, pair);
@@ -230,10 +240,7 @@ impl<'a> Pass<'a> {
             let Meeting::Touching(touch) = self.meet(kind, pair, side) else {
                 return;
             };
-            let repulsion = self
-                .pairs
-                .potential
-                .evaluate(touch.gap, self.area(kind, pair));
+            let repulsion = self.repulsion(kind, pair, touch.gap);
             let mut force = scale(repulsion.force, touch.normal);
             let mut k = [[0.0; 3]; 3];
             add_outer(&mut k, repulsion.curvature, touch.normal);
@@ -293,10 +300,7 @@ impl<'a> Pass<'a> {
                 behind: touch.gap < 0.0,
             });
             let Some(f) = &self.anchored else { return };
-            let repulsion = self
-                .pairs
-                .potential
-                .evaluate(touch.gap, self.area(kind, pair));
+            let repulsion = self.repulsion(kind, pair, touch.gap);
             let f = self.friction_of(f, kind, pair, &touch);
             let state = self.anchor_state(&f, kind, pair, &touch, anchor, repulsion.force);
             let answer = f.respond(&state, self.at.dt);
@@ -319,11 +323,7 @@ impl<'a> Pass<'a> {
             let Meeting::Touching(t) = self.meet(kind, pair, side) else {
                 return;
             };
-            let force = self
-                .pairs
-                .potential
-                .evaluate(t.gap, self.area(kind, pair))
-                .force;
+            let force = self.repulsion(kind, pair, t.gap).force;
             let nodes = self.nodes(kind, pair);
             let (weights, normal) = (t.weights, t.normal);
             task.lagged.push(LaggedContact {

@@ -34,6 +34,12 @@ pub(super) static INTEGRATOR: Table = Table::new(
             "0.01 m/s for `residual_norm = \"mass\"`, 0.001 N·s for `\"paper\"`",
             "Residual at which a step is accepted, in the unit of `residual_norm`.",
         ),
+        optional(
+            "point_tolerance",
+            number("m/s", POSITIVE),
+            "Velocity error of any single point that must be met as well: the norm alone hides \
+             points of little mass beside heavy ones.",
+        ),
         key(
             "newton_iterations",
             integer(1, 1000),
@@ -363,6 +369,12 @@ pub(super) static CONTACT: Table = Table::new(
             "Distance that cloth keeps from bodies.",
         )
         .hint("m, not mm"),
+        key(
+            "release",
+            number("s", Range::zero_to(1e3)),
+            "0.02",
+            "Time in which cloth that begins closer to cloth than `thickness` parts; 0: at once.",
+        ),
         optional(
             "friction",
             number("", Range::zero_to(100.0)),

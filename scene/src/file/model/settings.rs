@@ -63,6 +63,9 @@ pub struct IntegratorSettings {
     pub min_step: f64,
     /// Residual at which a step is accepted, in the unit of `residual_norm` [m/s or N·s].
     pub newton_tolerance: f64,
+    /// Velocity error of any single point that must be met as well [m/s].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub point_tolerance: Option<f64>,
     /// Iterations before a step is split.
     pub newton_iterations: usize,
     /// Tries of the line search, each half as long as the one before.
@@ -297,6 +300,8 @@ pub struct ContactSettings {
     pub thickness: f64,
     /// Distance that cloth keeps from bodies \[m\].
     pub body_thickness: f64,
+    /// Time in which cloth that begins closer to cloth than its thickness parts \[s\].
+    pub release: f64,
     /// Coulomb friction coefficient of every pair, instead of the materials' own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
