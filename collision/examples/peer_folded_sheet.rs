@@ -83,6 +83,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         margin: 0.0,
         overshoot: 0.0,
         skin: 0.0,
+        release: 0.0,
     };
     let potential = ContactQuadratic {
         thickness: THICKNESS,
