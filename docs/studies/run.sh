@@ -46,8 +46,9 @@ stack() { # NAME SHEETS OPTIONS...
     local name=$1 sheets=$2 folder=out/studies/stack-$1
     shift 2
     # shellcheck disable=SC2086
-    "$selvedge" study "scenes/study/stack-$sheets.toml" --time cpu --resume --floor 1 \
-        --reference integrator.max_step=5e-4 --vary integrator.max_step=1e-3,2e-3,4e-3 \
+    "$selvedge" study "scenes/study/stack-$sheets.toml" --time cpu --resume --jobs 2 \
+        --plain-reference --reference integrator.max_step=5e-4 \
+        --reference integrator.newton_tolerance=1e-4 --reference solver.tolerance=1e-4 --vary integrator.max_step=1e-3,2e-3,4e-3 \
         "$@" ${STUDY_OPTIONS:-} -o "$folder"
     keep "stack-$name" "$folder"
 }
@@ -70,7 +71,7 @@ kind = "mesh"
 file = "$(realpath "$base")/bodies/$2.obj"
 EOF
     # shellcheck disable=SC2086
-    "$selvedge" study "out/studies/$name.toml" --time cpu --resume --floor 0 --plain-reference \
+    "$selvedge" study "out/studies/$name.toml" --time cpu --resume --jobs 2 --plain-reference \
         --set assembly.threads=1 --vary "$features" ${STUDY_OPTIONS:-} -o "$folder"
     keep "garment-$name" "$folder"
 }

@@ -367,17 +367,17 @@ fn turned(
             lines.push(line);
         }
         if ratio.is_some() {
-            let all: [(&str, fn(&[f64]) -> Option<f64>); 3] = [
-                ("median", |v| median(v)),
-                ("least", |v| v.iter().copied().reduce(f64::min)),
-                ("greatest", |v| v.iter().copied().reduce(f64::max)),
-            ];
-            for (name, of) in all {
-                let cell = |v: &Vec<f64>| of(v).map_or("–".to_owned(), digits);
+            let least = |v: &[f64]| v.iter().copied().reduce(f64::min);
+            let greatest = |v: &[f64]| v.iter().copied().reduce(f64::max);
+            let mut add = |name: &str, of: &dyn Fn(&[f64]) -> Option<f64>| {
                 let mut line = vec![format!("*{name}*")];
-                line.extend(numbers.iter().map(cell));
+                let cells = numbers.iter().map(|v| of(v).map_or("–".to_owned(), digits));
+                line.extend(cells);
                 lines.push(line);
-            }
+            };
+            add("median", &median);
+            add("least", &least);
+            add("greatest", &greatest);
         }
         let times = if ratio.is_some() { ", times less" } else { "" };
         let _ = write!(
