@@ -51,6 +51,7 @@ mod batch;
 mod check;
 mod error;
 mod layout;
+mod mass;
 mod measure;
 mod stencil;
 
@@ -58,5 +59,6 @@ pub use batch::{Batch, EnergyBatch};
 pub use check::{DerivativeReport, check_derivatives, check_projection, check_rigid_motion};
 pub use error::EnergyError;
 pub use layout::{DofLayout, EvalPoint};
+pub use mass::{MassBatch, RatePoint};
 pub use measure::{Density, Measure, Strained};
 pub use stencil::{Curvature, StencilEnergy};

@@ -1,0 +1,17 @@
+//! Yarn-level cloth: networks of woven and knitted yarns whose contacts persist
+//! and slide, and the energies on them.
+//!
+//! A [`YarnNetwork`] is built from a construction (a weave draft, a stitch
+//! chart), not from a mesh. Its unknowns are one point for every node and one
+//! arc length for every *strand*, a yarn's passage through a node
+//! [Cirio2014, Cirio2017].
+
+mod error;
+mod material;
+mod network;
+
+pub use error::YarnError;
+pub use material::YarnMaterial;
+pub use network::{
+    Crossing, NONE, NetworkBuilder, NodeContact, StitchContact, Strand, Visit, Yarn, YarnNetwork,
+};

@@ -1,0 +1,117 @@
+use std::f64::consts::PI;
+
+use crate::YarnError;
+
+/// One kind of yarn: size, moduli, friction and damping.
+///
+/// Energies read the derived stiffnesses, never the moduli.
+#[derive(Clone, Debug, PartialEq)]
+pub struct YarnMaterial {
+    /// Name in messages.
+    pub name: String,
+    /// Radius R of the yarn [m].
+    pub radius: f64,
+    /// Density of the yarn as a cylinder, air included [kg/m³].
+    pub density: f64,
+    /// Stretch modulus Y [Pa].
+    pub stretch_modulus: f64,
+    /// Bending modulus B as tabulated by [Cirio2017, Table 1] [Pa]; see
+    /// [`bending_stiffness`](Self::bending_stiffness).
+    pub bending_modulus: f64,
+    /// Shear modulus S of woven crossings [Pa].
+    pub shear_modulus: f64,
+    /// Stitch wrapping stiffness k_w [N].
+    pub wrapping: f64,
+    /// Coulomb friction coefficient μ between yarns [1].
+    pub friction: f64,
+    /// Stiffness k_f of the friction anchors [N/m].
+    pub anchor_stiffness: f64,
+    /// Mass-proportional damping α [1/s].
+    pub mass_damping: f64,
+    /// Stiffness-proportional damping β [s].
+    pub stiffness_damping: f64,
+}
+
+impl Default for YarnMaterial {
+    /// The yarn of the sweater of [Cirio2017, Table 1].
+    fn default() -> Self {
+        Self {
+            name: "sweater yarn".into(),
+            radius: 0.75e-3,
+            density: 650.0,
+            stretch_modulus: 1e7,
+            bending_modulus: 1e-3,
+            shear_modulus: 1e3,
+            wrapping: 1e-2,
+            friction: 0.3,
+            anchor_stiffness: 1e3,
+            mass_damping: 10.0,
+            stiffness_damping: 0.01,
+        }
+    }
+}
+
+impl YarnMaterial {
+    /// Checks every parameter.
+    ///
+    /// # Errors
+    /// [`YarnError::Parameter`] for the first value outside its range.
+    pub fn validate(&self) -> Result<(), YarnError> {
+        let positive = [
+            ("radius", self.radius),
+            ("density", self.density),
+            ("stretch modulus", self.stretch_modulus),
+            ("anchor stiffness", self.anchor_stiffness),
+        ];
+        for (what, value) in positive {
+            if !(value > 0.0 && value.is_finite()) {
+                let allowed = "positive and finite";
+                return Err(YarnError::Parameter {
+                    what,
+                    value,
+                    allowed,
+                });
+            }
+        }
+        let not_negative = [
+            ("bending modulus", self.bending_modulus),
+            ("shear modulus", self.shear_modulus),
+            ("wrapping stiffness", self.wrapping),
+            ("friction", self.friction),
+            ("mass damping", self.mass_damping),
+            ("stiffness damping", self.stiffness_damping),
+        ];
+        for (what, value) in not_negative {
+            if !(value >= 0.0 && value.is_finite()) {
+                let allowed = "zero or positive, and finite";
+                return Err(YarnError::Parameter {
+                    what,
+                    value,
+                    allowed,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Line density ρ [kg/m].
+    pub fn line_density(&self) -> f64 {
+        self.density * PI * self.radius * self.radius
+    }
+
+    /// Stretch stiffness `k_s = Y π R²` [N].
+    pub fn stretch_stiffness(&self) -> f64 {
+        self.stretch_modulus * PI * self.radius * self.radius
+    }
+
+    /// Bending stiffness `k_b = B π R²` [N·m²]: the EI of a rod, with the
+    /// tabulated number of B as it stands.
+    pub fn bending_stiffness(&self) -> f64 {
+        self.bending_modulus * PI * self.radius * self.radius
+    }
+
+    /// Stiffness of the length of a stitch contact, `k_l = 10 k_s` [N].
+    pub fn length_stiffness(&self) -> f64 {
+        10.0 * self.stretch_stiffness()
+    }
+}
