@@ -8,6 +8,7 @@
 
 pub mod chart;
 mod error;
+pub mod knit;
 mod material;
 mod network;
 
