@@ -310,13 +310,13 @@ fn knitout_maps() {
     // Loop 1 goes over to needle 2 and lies behind the loop there; the empty
     // needle makes a yarn-over.
     let lace = format!(
-        "{plain}xfer f1 b1\nrack 1\nrack -1\nxfer b1 f2\nrack 0\n\
+        "{plain}xfer f1 b1\nrack -1\nrack +1\nxfer b1 f2\nrack 0\n\
          knit + f0 1\nknit + f1 1\nknit + f2 1\nknit + f3 1\n"
     );
     assert_eq!(knitout(&lace).unwrap(), [row("k k k k"), row("k yo ssk k")]);
     let lace = lace.replace(
-        "xfer f1 b1\nrack 1\nrack -1\nxfer b1 f2\nrack 0",
-        "xfer f2 b2\nrack 1\nxfer b2 f1\nrack 0",
+        "xfer f1 b1\nrack -1\nrack +1\nxfer b1 f2\nrack 0",
+        "xfer f2 b2\nrack -1\nxfer b2 f1\nrack 0",
     );
     assert_eq!(
         knitout(&lace).unwrap(),
@@ -355,7 +355,7 @@ fn knitout_refuses() {
             "11:1: `knit - f1 1` cannot be charted: the next row does not work this loop",
         ),
         (
-            format!("{plain}xfer f1 b1\nrack -2\nxfer b1 f3\nrack 0\n{second}"),
+            format!("{plain}xfer f1 b1\nrack 2\nxfer b1 f3\nrack 0\n{second}"),
             "19:1: `knit + f2 1` cannot be charted: its loops have crossed others (a cable)",
         ),
         (
@@ -412,7 +412,7 @@ fn mutated(text: &'static str) -> impl Strategy<Value = String> {
 const LACE: &str = "name: a\nmultiple: 18 # b\nrow 1 RS: *k*\nrow 2 WS: *p*\n\
     row 3: *(k2tog)x3 (yo k1)x6 (k2tog)x3*\nrow 4: *k*\n";
 const MACHINE: &str = ";!knitout-2\n;;Carriers: 1\ntuck - f2 1\ntuck + f1 1\n\
-    knit - f2 1\nknit - f1 1\nxfer f1 b1\nrack 1\nrack -1\nxfer b1 f2\nrack 0\n\
+    knit - f2 1\nknit - f1 1\nxfer f1 b1\nrack -1\nrack +1\nxfer b1 f2\nrack 0\n\
     knit + f1 1\nknit + f2 1\nmiss + f3 1\ndrop f1\n";
 
 proptest! {
@@ -452,7 +452,7 @@ proptest! {
                 0..=2 => format!("knit {d} {bed}{needle} 1\n"),
                 3 => format!("tuck {d} {bed}{needle} 1\n"),
                 4 => {
-                    let to = if back { needle - rack } else { needle + rack };
+                    let to = if back { needle + rack } else { needle - rack };
                     format!("rack {rack}\nxfer {bed}{needle} {other}{to}\n")
                 }
                 _ => format!("drop {bed}{needle}\n"),
