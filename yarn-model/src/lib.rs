@@ -7,10 +7,18 @@
 //! [Cirio2014, Cirio2017].
 
 mod error;
+mod force;
 mod material;
 mod network;
+mod vec3;
 
 pub use error::YarnError;
+pub use force::{
+    CROSSED, InertiaForce, JAM_ANGLE, JAM_WIDTH, JammingBending, Locked, LockedBending,
+    LockedGravity, LockedInertia, LockedStretch, ParallelYarns, PlainBending, SegmentInertia,
+    StitchLength, StitchWrapping, WrapElement, WrapPair, YarnBending, YarnGravity, YarnShear,
+    YarnStretch, lumped_point_masses, lumped_scalar_masses,
+};
 pub use material::YarnMaterial;
 pub use network::{
     Crossing, NONE, NetworkBuilder, NodeContact, StitchContact, Strand, Visit, Yarn, YarnNetwork,
