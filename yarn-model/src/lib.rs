@@ -9,9 +9,11 @@
 mod error;
 mod material;
 mod network;
+mod weave;
 
 pub use error::YarnError;
 pub use material::YarnMaterial;
 pub use network::{
     Crossing, NONE, NetworkBuilder, NodeContact, StitchContact, Strand, Visit, Yarn, YarnNetwork,
 };
+pub use weave::{Draft, Family, Span, WeaveError, Woven};
