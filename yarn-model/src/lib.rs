@@ -6,11 +6,13 @@
 //! arc length for every *strand*, a yarn's passage through a node
 //! [Cirio2014, Cirio2017].
 
+mod contact;
 mod error;
 mod material;
 mod network;
 mod weave;
 
+pub use contact::{StackRule, stack_compression};
 pub use error::YarnError;
 pub use material::YarnMaterial;
 pub use network::{
