@@ -8,12 +8,20 @@
 
 mod contact;
 mod error;
+mod force;
 mod material;
 mod network;
+mod vec3;
 mod weave;
 
 pub use contact::{StackRule, stack_compression};
 pub use error::YarnError;
+pub use force::{
+    CROSSED, InertiaForce, JAM_ANGLE, JAM_WIDTH, JammingBending, Locked, LockedBending,
+    LockedGravity, LockedInertia, LockedStretch, ParallelYarns, PlainBending, SegmentInertia,
+    StitchLength, StitchWrapping, WrapElement, WrapPair, YarnBending, YarnGravity, YarnShear,
+    YarnStretch, lumped_point_masses, lumped_scalar_masses,
+};
 pub use material::YarnMaterial;
 pub use network::{
     Crossing, NONE, NetworkBuilder, NodeContact, StitchContact, Strand, Visit, Yarn, YarnNetwork,

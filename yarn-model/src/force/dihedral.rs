@@ -1,0 +1,148 @@
+use crate::vec3::{Block, V, outer, symmetric};
+
+/// Dihedral angle at an axis `x0 → x1` between two wings, `x4` and `x3`.
+///
+/// ```text
+/// o = x0 + s l t + η m,   n = normal of the wing's triangle
+/// ∇ψ  = − Σ_w (α_w ⊗ n_w),      α = (−(1−s), −s, 1 at o)/η,   β = (−1, 1)/l
+/// ∇²ψ = Σ_w (P_w + P_wᵀ),       P = (α⊗n)(α⊗m)ᵀ + (β⊗n)(α⊗t + ½ β⊗m)ᵀ
+/// ```
+/// `η` is the height of a wing [m], `s` its foot in units of the axis.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Dihedral {
+    t: V,
+    /// `1/l`
+    inverse: f64,
+    /// Wings of `x4` and `x3`.
+    wings: [Wing; 2],
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Wing {
+    n: V,
+    m: V,
+    foot: f64,
+    /// `1/η`
+    inverse: f64,
+}
+
+impl Dihedral {
+    /// `None` where a wing's `|v|²` is not above `floor` [m⁴].
+    #[inline(always)]
+    pub fn new(x0: V, x1: V, x3: V, x4: V, floor: f64) -> Option<Self> {
+        let axis = x1 - x0;
+        let (da, db) = (x4 - x0, x3 - x0);
+        let (va, vb) = (axis.cross(&da), db.cross(&axis));
+        let (a2, b2) = (va.norm_squared(), vb.norm_squared());
+        let l2 = axis.norm_squared();
+        if l2 == 0.0 || a2 <= floor || b2 <= floor {
+            return None;
+        }
+        let l = l2.sqrt();
+        let inverse = 1.0 / l;
+        let (ia, ib) = (1.0 / a2.sqrt(), 1.0 / b2.sqrt());
+        let t = axis * inverse;
+        let (na, nb) = (va * ia, vb * ib);
+        let il2 = inverse * inverse;
+        Some(Self {
+            t,
+            inverse,
+            wings: [
+                Wing {
+                    n: na,
+                    m: na.cross(&t),
+                    foot: da.dot(&axis) * il2,
+                    inverse: l * ia,
+                },
+                Wing {
+                    n: nb,
+                    m: t.cross(&nb),
+                    foot: db.dot(&axis) * il2,
+                    inverse: l * ib,
+                },
+            ],
+        })
+    }
+
+    /// The signed angle in [−π, π], zero when the wings are opposite.
+    #[inline(always)]
+    pub fn angle(&self) -> f64 {
+        let [a, b] = &self.wings;
+        (-a.m.dot(&b.n)).atan2(a.n.dot(&b.n))
+    }
+
+    /// `∇ψ` by `x0, x1, x3, x4`.
+    #[inline(always)]
+    pub fn gradient(&self) -> [V; 4] {
+        let [a, b] = &self.wings;
+        let (g4, g3) = (a.n * -a.inverse, b.n * -b.inverse);
+        let g1 = g4 * -a.foot + g3 * -b.foot;
+        [-(g1 + (g3 + g4)), g1, g3, g4]
+    }
+
+    /// Adds `c ∇²ψ` to a matrix of `x0, x1, x3, x4`.
+    #[inline(always)]
+    pub fn add_second(&self, c: f64, h: &mut [[f64; 12]; 12]) {
+        let [a, b] = &self.wings;
+        let ba = a.second(self.t, self.inverse, c);
+        let bb = b.second(self.t, self.inverse, c);
+        let b11 = ba.b11 + bb.b11;
+        let b10 = -(b11 + (ba.b1o + bb.b1o));
+        let a0 = -(ba.b1o + ba.boo).transpose();
+        let b0 = -(bb.b1o + bb.boo).transpose();
+        // Row 0 from translation; the sum of symmetric blocks stays symmetric.
+        let both = ba.b1o + bb.b1o;
+        let b00 = (b11 + (ba.boo + bb.boo)) + (both + both.transpose());
+        add(h, 0, 0, &b00);
+        add(h, 3, 3, &b11);
+        add(h, 6, 6, &bb.boo);
+        add(h, 9, 9, &ba.boo);
+        add_both(h, 3, 0, &b10);
+        add_both(h, 3, 6, &bb.b1o);
+        add_both(h, 3, 9, &ba.b1o);
+        add_both(h, 6, 0, &b0);
+        add_both(h, 9, 0, &a0);
+    }
+}
+
+/// Blocks `(1,1), (1,o), (o,o)` of a wing.
+struct WingBlocks {
+    b11: Block,
+    b1o: Block,
+    boo: Block,
+}
+
+impl Wing {
+    /// `c (P + Pᵀ)`
+    #[inline(always)]
+    fn second(&self, t: V, beta: f64, c: f64) -> WingBlocks {
+        let alpha = self.inverse;
+        let alpha_1 = -self.foot * alpha;
+        let nm = symmetric(c, self.n, self.m);
+        WingBlocks {
+            b11: nm * (alpha_1 * alpha_1 + 0.5 * beta * beta)
+                + symmetric(c * beta * alpha_1, self.n, t),
+            b1o: nm * (alpha_1 * alpha) + outer(self.n * (c * beta * alpha), t),
+            boo: nm * (alpha * alpha),
+        }
+    }
+}
+
+#[inline(always)]
+fn add(h: &mut [[f64; 12]; 12], row: usize, column: usize, b: &Block) {
+    for i in 0..3 {
+        for j in 0..3 {
+            h[row + i][column + j] += b[(i, j)];
+        }
+    }
+}
+
+#[inline(always)]
+fn add_both(h: &mut [[f64; 12]; 12], row: usize, column: usize, b: &Block) {
+    for i in 0..3 {
+        for j in 0..3 {
+            h[row + i][column + j] += b[(i, j)];
+            h[column + j][row + i] += b[(i, j)];
+        }
+    }
+}

@@ -1,0 +1,170 @@
+use selvedge_energy::{Curvature, EvalPoint, StencilEnergy};
+
+use super::{CROSSED, crossed};
+use crate::YarnNetwork;
+use crate::vec3::{V, get, put, put_column, set, square};
+
+/// Stretching of the segments of yarns whose arc lengths slide.
+///
+/// ```text
+/// Δu = u1 − u0,   l = |x1 − x0|,   |w| = l/Δu
+/// V = ½ k_s Δu (|w| − 1)²
+/// ∂V/∂x1 = k_s (|w| − 1) t = −∂V/∂x0
+/// ∂V/∂u1 = −½ k_s (|w|² − 1) = −∂V/∂u0
+/// B = k_s/Δu [ I − P/|w|, −|w| t; −|w| tᵀ, |w|² ],   H = [B, −B; −B, B]
+/// ```
+/// [Cirio2014]. Unknowns: `x0, x1, u0, u1`.
+///
+/// | symbol | is | unit |
+/// |---|---|---|
+/// | `k_s` | stretch stiffness `Y π R²` | N |
+/// | `t, P` | direction of the segment, projector across it | 1 |
+/// | `Δu` | material between the nodes | m |
+///
+/// Second derivatives: `Exact`; `Projected` drops `I − P/|w|` to `t tᵀ` in
+/// compression, at least as large as the exact one; `GaussNewton` does so
+/// always.
+///
+/// Degenerate cases: a segment of no length has no direction and no force on
+/// its points. Arc lengths in the wrong order: see [`CROSSED`].
+#[derive(Clone, Debug)]
+pub struct YarnStretch {
+    stencils: Vec<[u32; 4]>,
+    stiffness: Vec<f64>,
+}
+
+impl YarnStretch {
+    /// Every segment of a network.
+    pub fn new(network: &YarnNetwork) -> Self {
+        let strands = &network.strands;
+        let stencils = network
+            .segments()
+            .map(|[a, b]| [strands[a as usize].node, strands[b as usize].node, a, b]);
+        let stiffness = network
+            .segments()
+            .map(|[a, _]| network.material_of(a).stretch_stiffness());
+        Self {
+            stencils: stencils.collect(),
+            stiffness: stiffness.collect(),
+        }
+    }
+}
+
+/// Force on `x1` [N], minus that on `x0`, of a segment of stiffness `k_s` [N].
+/// Zero for a segment without length.
+#[allow(dead_code)] // for the compression of contacts
+#[inline(always)]
+pub(crate) fn stretch_force(k_s: f64, x0: V, u0: f64, x1: V, u1: f64) -> V {
+    let d = x1 - x0;
+    let l = d.norm();
+    if l == 0.0 {
+        return V::zeros();
+    }
+    d * (k_s * (1.0 / l - 1.0 / (u1 - u0)))
+}
+
+/// One segment at an evaluation.
+struct Segment {
+    t: V,
+    du: f64,
+    ratio: f64,
+}
+
+impl Segment {
+    #[inline(always)]
+    fn new(q: &[f64; 8]) -> Option<Self> {
+        let du = q[7] - q[6];
+        if du <= 0.0 {
+            return None;
+        }
+        let d = get(q, 3) - get(q, 0);
+        let l = d.norm();
+        let t = if l == 0.0 { V::zeros() } else { d / l };
+        let ratio = l / du;
+        Some(Self { t, du, ratio })
+    }
+
+    #[inline(always)]
+    fn gradient(&self, k: f64, g: &mut [f64; 8]) -> f64 {
+        let strain = self.ratio - 1.0;
+        let f = self.t * (k * strain);
+        set(g, 0, -f);
+        set(g, 3, f);
+        g[6] = 0.5 * k * strain * (self.ratio + 1.0);
+        g[7] = -g[6];
+        0.5 * k * self.du * strain * strain
+    }
+}
+
+impl StencilEnergy<4, 8> for YarnStretch {
+    const NODE_DIMS: [usize; 4] = [3, 3, 1, 1];
+
+    fn stencils(&self) -> &[[u32; 4]] {
+        &self.stencils
+    }
+
+    #[inline]
+    fn value(&self, e: usize, q: &[f64; 8], _: &EvalPoint<'_>) -> f64 {
+        match Segment::new(q) {
+            Some(s) => 0.5 * self.stiffness[e] * s.du * (s.ratio - 1.0) * (s.ratio - 1.0),
+            None => CROSSED,
+        }
+    }
+
+    #[inline]
+    fn gradient(&self, e: usize, q: &[f64; 8], _: &EvalPoint<'_>, g: &mut [f64; 8]) -> f64 {
+        match Segment::new(q) {
+            Some(s) => s.gradient(self.stiffness[e], g),
+            None => crossed(g),
+        }
+    }
+
+    #[inline]
+    fn hessian(
+        &self,
+        e: usize,
+        q: &[f64; 8],
+        _: &EvalPoint<'_>,
+        curvature: Curvature,
+        g: &mut [f64; 8],
+        h: &mut [[f64; 8]; 8],
+    ) -> f64 {
+        let Some(s) = Segment::new(q) else {
+            *h = [[f64::NAN; 8]; 8];
+            return crossed(g);
+        };
+        let k = self.stiffness[e];
+        let value = s.gradient(k, g);
+        let k = k / s.du;
+        let across = match curvature {
+            Curvature::Exact if s.ratio == 0.0 => 0.0,
+            Curvature::Exact => 1.0 - 1.0 / s.ratio,
+            Curvature::Projected if s.ratio > 1.0 => 1.0 - 1.0 / s.ratio,
+            Curvature::Projected | Curvature::GaussNewton => 0.0,
+        };
+        // t tᵀ + across (I − t tᵀ)
+        let mut xx = square(k * (1.0 - across), s.t);
+        for i in 0..3 {
+            xx[(i, i)] += k * across;
+        }
+        let xu = s.t * (-k * s.ratio);
+        let uu = k * s.ratio * s.ratio;
+        put(h, 0, 0, &xx);
+        put(h, 3, 3, &xx);
+        put(h, 0, 3, &-xx);
+        put(h, 3, 0, &-xx);
+        put_column(h, 0, 6, xu);
+        put_column(h, 3, 7, xu);
+        put_column(h, 0, 7, -xu);
+        put_column(h, 3, 6, -xu);
+        h[6][6] = uu;
+        h[7][7] = uu;
+        h[6][7] = -uu;
+        h[7][6] = -uu;
+        value
+    }
+
+    fn heap_bytes(&self) -> usize {
+        size_of_val(&self.stencils[..]) + size_of_val(&self.stiffness[..])
+    }
+}

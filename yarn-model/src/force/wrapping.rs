@@ -1,0 +1,353 @@
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use selvedge_energy::{Curvature, EvalPoint, StencilEnergy};
+
+use super::dihedral::Dihedral;
+use crate::vec3::{V, get, put, put_both, set, square};
+use crate::{NONE, StitchContact, YarnNetwork};
+
+/// Twice the area of a wing and its axis, in units of `L²`, below which the
+/// element has no angle.
+const FLAT: f64 = 1e-8;
+
+/// Which yarns an element of a stitch contact takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WrapPair {
+    /// Axis A to B; wings: the child's sinker at A, the parent's head at B.
+    ChildAtA,
+    /// Axis B to A; wings: the child's leg at B, the parent's leg at A.
+    ChildAtB,
+}
+
+/// One wrapping element.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WrapElement {
+    /// Axis `x0, x1`, then the wings: `x3` beside `x1`, `x4` beside `x0`.
+    pub points: [u32; 4],
+    /// Index of the stitch contact.
+    pub contact: u32,
+    /// Which of its pairs.
+    pub pair: WrapPair,
+    /// Sign that makes the rest angle positive.
+    pub sigma: f64,
+    /// `k_w L` [N·m].
+    pub stiffness: f64,
+    /// Rest length `L` of the contact [m].
+    pub length: f64,
+}
+
+/// Wrapping of yarns around each other in stitch contacts.
+///
+/// ```text
+/// v_a = (x4 − x1) × (x0 − x1),   v_b = (x0 − x1) × (x3 − x1)
+/// ψ = σ atan2(e·(n_a × n_b), n_a·n_b)      (0 flat, ±π folded)
+/// V = ½ k_w L (ψ − ψ0)²,   ψ0 = π/2
+/// ∂V/∂x = k_w L (ψ − ψ0) ∇ψ,   H = k_w L (∇ψ ∇ψᵀ + (ψ − ψ0) ∇²ψ)
+/// ```
+/// [Cirio2017]. Unknowns: `x0, x1, x3, x4`.
+///
+/// | symbol | is | unit |
+/// |---|---|---|
+/// | `k_w` | wrapping stiffness, the mean of both yarns | N |
+/// | `L` | rest length of the contact | m |
+/// | `e, n` | directions of the axis and the normals of the wings | 1 |
+/// | `σ` | ±1, see [`elements`](Self::elements) | 1 |
+///
+/// Second derivatives: `Exact`; `Projected` and `GaussNewton` are
+/// `k_w L ∇ψ ∇ψᵀ`, which is not an upper bound of the exact one.
+///
+/// **Unwrapping.** The angle of the last accepted step is kept (the term's
+/// history) and continued from, so that an element swept through ±π keeps its
+/// energy and force.
+///
+/// Degenerate cases: a wing in line with the axis (`|v| < 1e-8 L²`) or an axis
+/// without length has no angle; the element is ignored.
+#[derive(Clone, Debug)]
+pub struct StitchWrapping {
+    stencils: Vec<[u32; 4]>,
+    data: Vec<Data>,
+    rest: f64,
+    previous: Vec<f64>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Data {
+    stiffness: f64,
+    /// Square of the least `|v|` [m⁴].
+    floor: f64,
+    sigma: f64,
+}
+
+impl StitchWrapping {
+    /// Elements of all stitch contacts with the rest angle ψ0 = π/2. Angles
+    /// continue from those of the network's points.
+    pub fn new(network: &YarnNetwork) -> Self {
+        Self::from_elements(&Self::elements(network), &network.points, FRAC_PI_2)
+    }
+
+    /// Given elements, the points where their angles start [m], and the rest
+    /// angle ψ0 [rad].
+    ///
+    /// # Panics
+    /// When an element names a point that does not exist.
+    pub fn from_elements(elements: &[WrapElement], points: &[[f64; 3]], rest: f64) -> Self {
+        let mut energy = Self {
+            stencils: elements.iter().map(|e| e.points).collect(),
+            data: elements
+                .iter()
+                .map(|e| Data {
+                    stiffness: e.stiffness,
+                    floor: (FLAT * e.length * e.length).powi(2),
+                    sigma: e.sigma,
+                })
+                .collect(),
+            rest,
+            previous: vec![0.0; elements.len()],
+        };
+        for e in 0..elements.len() {
+            let mut q = [0.0; 12];
+            for (node, point) in q.as_chunks_mut::<3>().0.iter_mut().zip(&elements[e].points) {
+                *node = points[*point as usize];
+            }
+            if let Some(angle) = energy.angle(e, &q) {
+                energy.previous[e] = angle;
+            }
+        }
+        energy
+    }
+
+    /// Elements of a network: for every child and parent of a contact the two
+    /// of [`WrapPair`], where the yarns go on beyond the contact.
+    ///
+    /// `σ` is the sign of the change of ψ when both wings move the way that the
+    /// stitch unwraps: with a knit stitch the wings of
+    /// [`ChildAtA`](WrapPair::ChildAtA) to the back and those of
+    /// [`ChildAtB`](WrapPair::ChildAtB) to the front, with a purl stitch the
+    /// other way round. Where the wings disagree because the layout folds them
+    /// onto each other, it is that of the flat template: for a knit stitch
+    /// positive on the left side and negative on the right, for a purl stitch
+    /// opposite.
+    pub fn elements(network: &YarnNetwork) -> Vec<WrapElement> {
+        let mut elements = Vec::with_capacity(4 * network.stitches.len());
+        for (index, contact) in network.stitches.iter().enumerate() {
+            let index = index as u32;
+            let child = network.child_at_a(contact);
+            for parent in network.parents_at_b(contact) {
+                let strands = [child, parent];
+                elements.extend(element(network, index, WrapPair::ChildAtA, strands));
+            }
+            let child = network.child_at_b(contact);
+            for parent in network.parents_at_a(contact) {
+                let strands = [child, parent];
+                elements.extend(element(network, index, WrapPair::ChildAtB, strands));
+            }
+        }
+        elements
+    }
+
+    /// Angle ψ [rad] of element `e`, continued from the last accepted step;
+    /// `None` where it has none.
+    pub fn angle(&self, e: usize, q: &[f64; 12]) -> Option<f64> {
+        let frame = frame(q, self.data[e].floor)?;
+        Some(unwrap(self.data[e].sigma * frame.angle(), self.previous[e]))
+    }
+
+    /// Sign σ of element `e`.
+    pub fn sigma(&self, e: usize) -> f64 {
+        self.data[e].sigma
+    }
+
+    /// Rest angle ψ0 [rad].
+    pub fn rest_angle(&self) -> f64 {
+        self.rest
+    }
+
+    /// Frame and `ψ − ψ0`.
+    #[inline(always)]
+    fn wrapped(&self, e: usize, q: &[f64; 12]) -> Option<(Dihedral, f64)> {
+        let data = &self.data[e];
+        let frame = frame(q, data.floor)?;
+        let angle = unwrap(data.sigma * frame.angle(), self.previous[e]);
+        Some((frame, angle - self.rest))
+    }
+}
+
+#[inline(always)]
+fn frame(q: &[f64; 12], floor: f64) -> Option<Dihedral> {
+    Dihedral::new(get(q, 0), get(q, 3), get(q, 6), get(q, 9), floor)
+}
+
+/// The angle nearest to `previous` among those that differ by full turns.
+#[inline(always)]
+fn unwrap(angle: f64, previous: f64) -> f64 {
+    angle + TAU * ((previous - angle) / TAU).round()
+}
+
+/// Point beside a strand that is not the contact's other node; `None` where
+/// the yarn ends or does not pass that node.
+fn wing(network: &YarnNetwork, strand: u32, other: u32) -> Option<u32> {
+    let s = &network.strands[strand as usize];
+    let node = |s: u32| (s != NONE).then(|| network.strands[s as usize].node);
+    match (node(s.prev), node(s.next)) {
+        (Some(inside), outside) if inside == other => outside,
+        (outside, Some(inside)) if inside == other => outside,
+        _ => None,
+    }
+}
+
+fn element(
+    network: &YarnNetwork,
+    index: u32,
+    pair: WrapPair,
+    [child, parent]: [u32; 2],
+) -> Option<WrapElement> {
+    let contact = &network.stitches[index as usize];
+    let (x0, x1) = match pair {
+        WrapPair::ChildAtA => (contact.a, contact.b),
+        WrapPair::ChildAtB => (contact.b, contact.a),
+    };
+    let x4 = wing(network, child, x1)?;
+    let x3 = wing(network, parent, x0)?;
+    let mean = 0.5 * (network.material_of(child).wrapping + network.material_of(parent).wrapping);
+    let points = [x0, x1, x3, x4];
+    Some(WrapElement {
+        points,
+        contact: index,
+        pair,
+        sigma: sigma(network, contact, pair, points),
+        stiffness: mean * contact.rest,
+        length: contact.rest,
+    })
+}
+
+/// See [`StitchWrapping::elements`].
+fn sigma(network: &YarnNetwork, contact: &StitchContact, pair: WrapPair, points: [u32; 4]) -> f64 {
+    let [x0, x1, x3, x4] = points.map(|p| V::from(network.points[p as usize]));
+    let front = |node: u32| V::from(network.front[node as usize]);
+    let to_front = (pair == WrapPair::ChildAtB) != contact.purl;
+    let sign = if to_front { 1.0 } else { -1.0 };
+    let way = (front(contact.a) + front(contact.b)) * sign;
+    let floor = (FLAT * contact.rest * contact.rest).powi(2);
+    let table = f64::from(contact.side) * if contact.purl { 1.0 } else { -1.0 };
+    let Some(frame) = Dihedral::new(x0, x1, x3, x4, floor) else {
+        return table;
+    };
+    let [_, _, g3, g4] = frame.gradient();
+    let (one, two) = (g3.dot(&way), g4.dot(&way));
+    if one > 0.0 && two > 0.0 {
+        1.0
+    } else if one < 0.0 && two < 0.0 {
+        -1.0
+    } else {
+        table
+    }
+}
+
+/// Forces [N] on `x0, x1, x3, x4` of one element. `previous` is an angle
+/// ψ [rad] to continue from, zero for one that never went past ±π.
+#[allow(dead_code)] // for the compression of contacts
+#[inline(always)]
+pub(crate) fn wrapping_force(
+    element: &WrapElement,
+    rest: f64,
+    previous: f64,
+    [x0, x1, x3, x4]: [V; 4],
+) -> [V; 4] {
+    let floor = (FLAT * element.length * element.length).powi(2);
+    let Some(frame) = Dihedral::new(x0, x1, x3, x4, floor) else {
+        return [V::zeros(); 4];
+    };
+    let psi = unwrap(element.sigma * frame.angle(), previous);
+    let moment = element.stiffness * (psi - rest) * element.sigma;
+    frame.gradient().map(|g| g * -moment)
+}
+
+impl StencilEnergy<4, 12> for StitchWrapping {
+    const NODE_DIMS: [usize; 4] = [3; 4];
+
+    fn stencils(&self) -> &[[u32; 4]] {
+        &self.stencils
+    }
+
+    #[inline]
+    fn value(&self, e: usize, q: &[f64; 12], _: &EvalPoint<'_>) -> f64 {
+        match self.wrapped(e, q) {
+            Some((_, strain)) => 0.5 * self.data[e].stiffness * strain * strain,
+            None => 0.0,
+        }
+    }
+
+    #[inline]
+    fn gradient(&self, e: usize, q: &[f64; 12], _: &EvalPoint<'_>, g: &mut [f64; 12]) -> f64 {
+        let Some((frame, strain)) = self.wrapped(e, q) else {
+            *g = [0.0; 12];
+            return 0.0;
+        };
+        let Data {
+            stiffness, sigma, ..
+        } = self.data[e];
+        for (i, psi) in frame.gradient().into_iter().enumerate() {
+            set(g, 3 * i, psi * (stiffness * strain * sigma));
+        }
+        0.5 * stiffness * strain * strain
+    }
+
+    #[inline]
+    fn hessian(
+        &self,
+        e: usize,
+        q: &[f64; 12],
+        _: &EvalPoint<'_>,
+        curvature: Curvature,
+        g: &mut [f64; 12],
+        h: &mut [[f64; 12]; 12],
+    ) -> f64 {
+        let Some((frame, strain)) = self.wrapped(e, q) else {
+            *g = [0.0; 12];
+            *h = [[0.0; 12]; 12];
+            return 0.0;
+        };
+        let Data {
+            stiffness, sigma, ..
+        } = self.data[e];
+        let moment = stiffness * strain * sigma;
+        let psi = frame.gradient();
+        for i in 0..4 {
+            set(g, 3 * i, psi[i] * moment);
+        }
+        for i in 0..4 {
+            put(h, 3 * i, 3 * i, &square(stiffness, psi[i]));
+            for j in i + 1..4 {
+                put_both(h, 3 * i, 3 * j, &(psi[i] * stiffness * psi[j].transpose()));
+            }
+        }
+        if curvature == Curvature::Exact {
+            frame.add_second(moment, h);
+        }
+        0.5 * stiffness * strain * strain
+    }
+
+    fn commit(&mut self, at: &EvalPoint<'_>) {
+        for e in 0..self.stencils.len() {
+            let q = at.gather::<4, 12>(&[3; 4], &self.stencils[e]);
+            match self.angle(e, &q) {
+                Some(angle) if angle.is_finite() => self.previous[e] = angle,
+                _ => (),
+            }
+        }
+    }
+
+    fn history(&self) -> &[f64] {
+        &self.previous
+    }
+
+    fn restore_history(&mut self, history: &[f64]) {
+        self.previous.copy_from_slice(history);
+    }
+
+    fn heap_bytes(&self) -> usize {
+        size_of_val(&self.stencils[..])
+            + size_of_val(&self.data[..])
+            + size_of_val(&self.previous[..])
+    }
+}
