@@ -6,6 +6,7 @@
 //! arc length for every *strand*, a yarn's passage through a node
 //! [Cirio2014, Cirio2017].
 
+pub mod chart;
 mod contact;
 mod error;
 mod force;
