@@ -7,6 +7,7 @@
 //! [Cirio2014, Cirio2017].
 
 pub mod chart;
+mod compose;
 mod contact;
 mod error;
 mod force;
