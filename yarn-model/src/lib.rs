@@ -6,12 +6,17 @@
 //! arc length for every *strand*, a yarn's passage through a node
 //! [Cirio2014, Cirio2017].
 
+pub mod chart;
+mod compose;
+mod contact;
 mod error;
 mod force;
 mod material;
 mod network;
 mod vec3;
+mod weave;
 
+pub use contact::{StackRule, stack_compression};
 pub use error::YarnError;
 pub use force::{
     CROSSED, InertiaForce, JAM_ANGLE, JAM_WIDTH, JammingBending, Locked, LockedBending,
@@ -23,3 +28,4 @@ pub use material::YarnMaterial;
 pub use network::{
     Crossing, NONE, NetworkBuilder, NodeContact, StitchContact, Strand, Visit, Yarn, YarnNetwork,
 };
+pub use weave::{Draft, Family, Span, WeaveError, Woven};
