@@ -7,13 +7,17 @@
 //! [Cirio2014, Cirio2017].
 
 pub mod chart;
+mod compose;
+mod contact;
 mod error;
 mod force;
 pub mod knit;
 mod material;
 mod network;
 mod vec3;
+mod weave;
 
+pub use contact::{StackRule, stack_compression};
 pub use error::YarnError;
 pub use force::{
     CROSSED, InertiaForce, JAM_ANGLE, JAM_WIDTH, JammingBending, Locked, LockedBending,
@@ -25,3 +29,4 @@ pub use material::YarnMaterial;
 pub use network::{
     Crossing, NONE, NetworkBuilder, NodeContact, StitchContact, Strand, Visit, Yarn, YarnNetwork,
 };
+pub use weave::{Draft, Family, Span, WeaveError, Woven};

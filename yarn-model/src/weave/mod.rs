@@ -1,0 +1,10 @@
+//! Woven cloth from its construction.
+
+mod draft;
+mod error;
+mod text;
+mod woven;
+
+pub use draft::Draft;
+pub use error::{Family, Span, WeaveError};
+pub use woven::Woven;
