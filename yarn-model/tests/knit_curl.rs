@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use selvedge_energy::{DofLayout, EvalPoint, StencilEnergy};
-use selvedge_yarn_model::chart::StitchPattern;
+use selvedge_yarn_model::chart::{BUILT_IN_CHARTS, StitchPattern};
 use selvedge_yarn_model::knit::{KnitOptions, knitted};
 use selvedge_yarn_model::{
     StitchContact, StitchWrapping, WrapElement, WrapPair, YarnMaterial, YarnNetwork,
@@ -42,6 +42,21 @@ fn signs() {
         seen[usize::from(contact.purl)] += 1;
     }
     assert_eq!(seen, [36, 36]);
+}
+
+/// Two elements for every child and parent, in stacks too, but for the ends of
+/// the three yarns.
+#[test]
+fn elements() {
+    for name in BUILT_IN_CHARTS {
+        let chart = StitchPattern::built_in(name).unwrap().chart(2, 2).unwrap();
+        let network = knitted(&chart, &KnitOptions::default()).unwrap().network;
+        let pairs: usize = network.stitches.iter().map(|s| s.parents as usize).sum();
+        let missing = 2 * pairs - StitchWrapping::elements(&network).len();
+        // First and last visit of the yarn of the rows and of the bind-off, as
+        // a child at A of plain stitches.
+        assert_eq!(missing, 4, "{name}");
+    }
 }
 
 /// `Σ F_z x²` and `Σ F_z y²` about the middle of all nodes touched, of the

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 
 use selvedge_yarn_model::chart::{BUILT_IN_CHARTS, Chart, Op, StitchPattern};
 use selvedge_yarn_model::knit::{
-    KnitOptions, Knitted, LoopGraph, LoopTemplate, StitchLoop, knitted, knitted_part,
-    relaxed_centres,
+    KnitOptions, Knitted, LoopGraph, LoopTemplate, StitchLoop, TemplateCells, knitted,
+    knitted_part, relaxed_centres,
 };
 use selvedge_yarn_model::{NONE, NodeContact, YarnError, YarnNetwork};
 use serde_json::Value;
@@ -415,6 +415,36 @@ fn part_of_a_chart() {
     assert_eq!(visited, network.strands.len());
     let nothing = knitted_part(&chart, &options, |_, _| false).unwrap();
     assert_eq!((nothing.network.nodes(), nothing.map.loops.len()), (0, 0));
+}
+
+/// Shapes of a repeat's loops go to the loops of the chart, cell by cell.
+#[test]
+fn cells() {
+    let mut options = KnitOptions::default();
+    let mut templates = vec![options.template.clone(); 4];
+    for (k, t) in templates.iter_mut().enumerate() {
+        // Longer legs, deeper contacts, cell by cell.
+        t.arcs[1] *= 1.0 + 0.1 * k as f64;
+        t.nodes[0][2] = 1e-4 * k as f64;
+    }
+    let cells = TemplateCells::new(2, templates.clone()).unwrap();
+    options.cells = Some(cells);
+    let chart = built_in("garter", 5, 2);
+    let Knitted { network, map } = knitted(&chart, &options).unwrap();
+    for l in &map.loops {
+        let cell = 2 * (l.row % 2) + l.column % 2;
+        let strand = |k: usize| &network.strands[l.strands[k] as usize];
+        let sign = if l.op.purl() { -1.0 } else { 1.0 };
+        let z = network.points[strand(0).node as usize][2];
+        assert_eq!(z, sign * 1e-4 * f64::from(cell));
+        let t = &templates[cell as usize];
+        let way = distance(&network, strand(1).node, strand(2).node);
+        let leg = (strand(2).arc - strand(1).arc).abs();
+        let ratio = t.arcs[1] / t.straight(1);
+        assert!((leg / way / ratio - 1.0).abs() < 1e-9, "{leg} of {way}");
+    }
+    assert!(TemplateCells::new(3, templates).is_err());
+    assert!(TemplateCells::new(0, Vec::new()).is_err());
 }
 
 /// Lengths that cannot be are refused.

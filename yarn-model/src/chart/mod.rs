@@ -49,6 +49,7 @@ mod knitout;
 mod op;
 mod parse;
 mod rows;
+mod stitches;
 
 pub use built_in::BUILT_IN_CHARTS;
 pub use error::{ChartError, Place};

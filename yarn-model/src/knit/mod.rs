@@ -16,6 +16,7 @@
 //! loops as the rows within do, and lacks only their sliding.
 
 mod graph;
+mod layout;
 mod network;
 mod options;
 mod relax;
@@ -25,4 +26,4 @@ pub use graph::{KnitLoop, LoopGraph, Thread};
 pub use network::{Knitted, StitchLoop, StitchMap, knitted, knitted_part};
 pub use options::KnitOptions;
 pub use relax::relaxed_centres;
-pub use template::LoopTemplate;
+pub use template::{LoopTemplate, TemplateCells};

@@ -1,12 +1,11 @@
+use super::layout::Layout;
 use super::template::{HEAD, LEG, SINKER, distance};
-use super::{KnitLoop, KnitOptions, LoopGraph, LoopTemplate, relaxed_centres};
+use super::{KnitLoop, KnitOptions, LoopGraph};
 use crate::chart::{Chart, Op};
 use crate::{NONE, NetworkBuilder, StitchContact, Visit, YarnError, YarnNetwork};
 
 /// Shortest arc between two nodes, in yarn radii.
 const LEAST_ARC: f64 = 0.25;
-/// Width of a parent's head over which several children are spread, in courses.
-const HEAD_WIDTH: f64 = 0.64;
 /// Width of the contacts of such a child at node A, in those of a single one.
 const NARROW: f64 = 0.75;
 
@@ -38,7 +37,7 @@ pub struct StitchLoop {
     pub op: Op,
     /// Centre in the panel's plane \[m\].
     pub centre: [f64; 2],
-    /// Strands at the eight nodes of [`LoopTemplate`], or [`NONE`]: base-left
+    /// Strands at the eight nodes of [`LoopTemplate`](super::LoopTemplate), or [`NONE`]: base-left
     /// A, B, head-left A', B', head-right B', A', base-right B, A. The head of
     /// a loop with several children reaches from the first to the last.
     pub strands: [u32; 8],
@@ -71,9 +70,12 @@ pub fn knitted_part(
 ) -> Result<Knitted, YarnError> {
     options.validate()?;
     let graph = LoopGraph::new(chart);
-    let template = &options.template;
-    let centres = relaxed_centres(&graph, template.course, template.row);
-    let kept = graph.loops.iter().zip(&centres).map(|(l, c)| keep(l, *c));
+    let layout = Layout::new(&graph, options);
+    let kept = graph
+        .loops
+        .iter()
+        .zip(&layout.centres)
+        .map(|(l, c)| keep(l, *c));
     let kept = kept.collect();
     let knitter = Knitter {
         least: LEAST_ARC * options.material.radius,
@@ -82,8 +84,7 @@ pub fn knitted_part(
         contacts: Vec::new(),
         feet: Vec::with_capacity(graph.loops.len()),
         graph: &graph,
-        template,
-        centres: &centres,
+        layout,
         kept,
     };
     knitter.knit()
@@ -117,8 +118,7 @@ const EXTRA: usize = 8;
 
 struct Knitter<'a> {
     graph: &'a LoopGraph,
-    template: &'a LoopTemplate,
-    centres: &'a [[f64; 2]],
+    layout: Layout<'a>,
     kept: Vec<bool>,
     least: f64,
     builder: NetworkBuilder,
@@ -167,7 +167,7 @@ impl Knitter<'_> {
                 row: this.row - 1,
                 column: this.column,
                 op: this.op,
-                centre: self.centres[l],
+                centre: self.layout.centres[l],
                 strands: visits[l].map(strand),
             });
         }
@@ -185,11 +185,11 @@ impl Knitter<'_> {
         let parents = parents.count() as u8;
         if parents == 0 {
             return Foot::Free(
-                self.place(l, 0, self.centres[l as usize], 1.0),
-                self.place(l, 7, self.centres[l as usize], 1.0),
+                self.place(l, 0, self.layout.centres[l as usize], 1.0),
+                self.place(l, 7, self.layout.centres[l as usize], 1.0),
             );
         }
-        let (centre, narrow) = self.contact_centre(l);
+        let (centre, narrow) = self.layout.contact_centre(l);
         let shared = self.graph.loops[this.first_parent as usize].children > 1;
         let first = self.contacts.len() as u32;
         for (side, a, b, segment) in [(-1, 0, 1, 0), (1, 7, 6, 6)] {
@@ -200,7 +200,7 @@ impl Knitter<'_> {
                 purl: this.op.purl(),
                 side,
                 parents,
-                rest: self.template.arcs[segment],
+                rest: self.layout.template(l).arcs[segment],
                 row: this.row - 1,
                 column: this.column,
             };
@@ -209,73 +209,10 @@ impl Knitter<'_> {
         Foot::Drawn(first)
     }
 
-    /// Centre of a stitch and the width of its contacts: the child's centre,
-    /// which lies amid its parents, or its share of a parent's head.
-    fn contact_centre(&self, l: u32) -> ([f64; 2], f64) {
-        let this = self.graph.loops[l as usize];
-        let parent = self.graph.loops[this.first_parent as usize];
-        if parent.children < 2 {
-            return (self.centres[l as usize], self.room(l));
-        }
-        let count = f64::from(parent.children);
-        let mut centre = [0.0; 2];
-        for c in parent.child_range() {
-            for k in 0..2 {
-                centre[k] += self.centres[c as usize][k] / count;
-            }
-        }
-        let along = self.along_row(l);
-        let aside = (f64::from(this.sibling) - 0.5 * (count - 1.0)) * HEAD_WIDTH / count;
-        for k in 0..2 {
-            centre[k] += aside * self.template.course * along[k];
-        }
-        (centre, 1.0 / count)
-    }
-
-    /// Distance to the nearer neighbour in the row, in courses, if less than
-    /// one: contacts of squeezed loops must not overlap.
-    fn room(&self, l: u32) -> f64 {
-        let row = self.graph.row(self.graph.loops[l as usize].row as usize);
-        let here = self.centres[l as usize];
-        let beside = [l.wrapping_sub(1), l + 1].into_iter();
-        let apart = beside.filter(|k| row.contains(k)).map(|k| {
-            let there = self.centres[k as usize];
-            (there[0] - here[0]).hypot(there[1] - here[1])
-        });
-        let room = apart.fold(f64::INFINITY, f64::min) / self.template.course;
-        // Round-off must not make the loops of a grid differ.
-        if room > 1.0 - 1e-9 {
-            1.0
-        } else {
-            room.max(0.3)
-        }
-    }
-
-    /// Unit vector along the row at a loop.
-    fn along_row(&self, l: u32) -> [f64; 2] {
-        let row = self.graph.row(self.graph.loops[l as usize].row as usize);
-        let before = self.centres[l.saturating_sub(1).max(row.start) as usize];
-        let after = self.centres[(l + 1).min(row.end - 1) as usize];
-        let d = [after[0] - before[0], after[1] - before[1]];
-        let length = d[0].hypot(d[1]);
-        // A row of one loop.
-        if length < 1e-3 * self.template.course {
-            return [1.0, 0.0];
-        }
-        d.map(|d| d / length)
-    }
-
     /// A node at a place of the template, about a centre.
     fn place(&mut self, l: u32, place: usize, centre: [f64; 2], narrow: f64) -> u32 {
-        let [x, y, z] = self.template.nodes[place];
-        let [c, s] = self.along_row(l);
-        let x = narrow * x;
-        let z = if self.graph.loops[l as usize].op.purl() {
-            -z
-        } else {
-            z
-        };
-        self.node([centre[0] + x * c - y * s, centre[1] + x * s + y * c, z])
+        let point = self.layout.point(l, place, centre, narrow);
+        self.node(point)
     }
 
     fn node(&mut self, point: [f64; 3]) -> u32 {
@@ -298,7 +235,7 @@ impl Knitter<'_> {
                 && last.node == first.node
             {
                 let mut point = self.points[last.node as usize];
-                let aside = 0.32 * self.template.course;
+                let aside = 0.32 * self.layout.template(l).course;
                 point[0] += if right { -aside } else { aside };
                 passes.push(Pass {
                     node: self.node(point),
@@ -362,7 +299,7 @@ impl Knitter<'_> {
             passes.push(pass(right.a, at_a, c + 1, true, or(last, 5)));
         }
         if children.is_empty() {
-            let centre = self.centres[l as usize];
+            let centre = self.layout.centres[l as usize];
             for place in [2, 5] {
                 let node = self.place(l, place, centre, 1.0);
                 passes.push(pass(node, 0, NONE, true, place));
@@ -429,6 +366,9 @@ impl Knitter<'_> {
             _ => SINKER,
         };
         let straight = distance(self.points[a.node as usize], self.points[b.node as usize]);
-        (self.template.excess(segment) * straight).max(self.least)
+        // A node beside the edge belongs to no loop.
+        let owner = if a.owner == NONE { b.owner } else { a.owner };
+        let excess = self.layout.template(owner).excess(segment);
+        (excess * straight).max(self.least)
     }
 }

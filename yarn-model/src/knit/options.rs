@@ -1,5 +1,5 @@
-use super::LoopTemplate;
 use super::template::positive;
+use super::{LoopTemplate, TemplateCells};
 use crate::{YarnError, YarnMaterial};
 
 /// How a chart is laid out.
@@ -7,8 +7,10 @@ use crate::{YarnError, YarnMaterial};
 pub struct KnitOptions {
     /// The yarn, auxiliary yarns included.
     pub material: YarnMaterial,
-    /// Shape of a loop.
+    /// Shape of a loop, and the gauge.
     pub template: LoopTemplate,
+    /// Shapes of the loops of a repeat, in place of the one shape.
+    pub cells: Option<TemplateCells>,
 }
 
 impl Default for KnitOptions {
@@ -31,6 +33,7 @@ impl KnitOptions {
         let contact = 1.6 * material.radius;
         Self {
             template: LoopTemplate::flat(course, row, slack, contact),
+            cells: None,
             material,
         }
     }

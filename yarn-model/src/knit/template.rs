@@ -28,7 +28,8 @@ pub struct LoopTemplate {
     /// The base places contacts; the head is where the next row's base comes
     /// to lie, a row higher.
     pub nodes: [[f64; 3]; 8],
-    /// Rest arc lengths \[m\].
+    /// Rest arc lengths \[m\]. All yarns of a contact have that of the child's
+    /// base; other segments keep the ratio of arc length and distance.
     pub arcs: [f64; 8],
 }
 
@@ -103,6 +104,46 @@ impl LoopTemplate {
             positive("distance of a loop's nodes", self.straight(k))?;
         }
         Ok(())
+    }
+}
+
+/// Shapes of the loops of one repeat of a chart, for instance averages over a
+/// relaxed sample.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TemplateCells {
+    columns: u32,
+    templates: Vec<LoopTemplate>,
+}
+
+impl TemplateCells {
+    /// Shapes row by row, left to right, `columns` to a row. Row `r`, column
+    /// `j` of a chart takes the shape of row `r` modulo the rows and column `j`
+    /// modulo the columns; the pitches are those of
+    /// [`KnitOptions::template`](super::KnitOptions::template).
+    ///
+    /// # Errors
+    /// [`YarnError::Parameter`] when the rows are not full or a shape is
+    /// outside its range.
+    pub fn new(columns: u32, templates: Vec<LoopTemplate>) -> Result<Self, YarnError> {
+        if columns == 0 || templates.is_empty() || !templates.len().is_multiple_of(columns as usize)
+        {
+            return Err(YarnError::Parameter {
+                what: "number of loop shapes",
+                value: templates.len() as f64,
+                allowed: "a positive multiple of the columns",
+            });
+        }
+        for template in &templates {
+            template.validate()?;
+        }
+        Ok(Self { columns, templates })
+    }
+
+    /// Shape of a loop of the chart.
+    pub fn at(&self, row: u32, column: u32) -> &LoopTemplate {
+        let rows = self.templates.len() as u32 / self.columns;
+        let cell = (row % rows) * self.columns + column % self.columns;
+        &self.templates[cell as usize]
     }
 }
 

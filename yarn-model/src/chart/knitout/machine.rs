@@ -1,87 +1,8 @@
-//! Reader of knitout, the open file format of knitting machines
-//! (textiles-lab.github.io/knitout).
-//!
-//! | operation | becomes |
-//! |---|---|
-//! | `knit` on a front or back needle | `k` or `p` |
-//! | `xfer` onto a needle that holds loops, then `knit` | a decrease |
-//! | `knit` or `tuck` on an empty needle | `yo`; a cast-on before the first row |
-//! | `drop` after the last row | nothing; the top row is bound off |
-//! | `miss`, `amiss`, `stitch`, `pause`, carriers in and out | nothing |
-//!
-//! A row is a run of loops in one direction. What a chart cannot say is an
-//! error at its line: `tuck` on a needle with loops, `split` with yarn, `drop`
-//! within the cloth, stitches that skip a row, crossed transfers (cables),
-//! tubes and cloth on both beds at once, two rows in one direction. Several
-//! carriers are taken for one yarn, with a warning.
-//!
-//! A loop that arrives on a needle lies nearer to the hook than those there,
-//! that is behind them on the front bed and in front of them on the back bed.
-
 use std::collections::BTreeMap;
 
-use super::error::{Suggest, nearest};
-use super::{Chart, ChartError, ChartRow, Op, Place, Stack};
-
-/// What stops a knitout file from becoming a chart.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum KnitoutError {
-    /// The first line is not `;!knitout-2`.
-    #[error("1:1: a knitout file begins with `;!knitout-2`")]
-    Magic,
-    /// An operation with wrong parameters.
-    #[error("{at}: `{operation}`: {message}")]
-    Syntax {
-        /// Where.
-        at: Place,
-        /// The operation.
-        operation: String,
-        /// What is expected.
-        message: String,
-    },
-    /// No operation of the format.
-    #[error("{at}: unknown operation `{operation}`{}", Suggest(nearest))]
-    UnknownOperation {
-        /// Where.
-        at: Place,
-        /// The word.
-        operation: String,
-        /// Most similar operation, when one is close.
-        nearest: Option<&'static str>,
-    },
-    /// An operation that a chart cannot say.
-    #[error("{at}: `{operation}` cannot be charted: {why}")]
-    DoesNotMap {
-        /// Where.
-        at: Place,
-        /// The operation.
-        operation: String,
-        /// Why.
-        why: String,
-    },
-    /// The rows do not make a chart.
-    #[error(transparent)]
-    Chart(#[from] ChartError),
-}
-
-/// Something that was left out or simplified.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct KnitoutWarning {
-    /// Where.
-    pub at: Place,
-    /// What.
-    pub message: String,
-}
-
-/// A knitout file as a chart.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Knitout {
-    /// The rows, seen from the front bed.
-    pub chart: Chart,
-    /// What was left out or simplified.
-    pub warnings: Vec<KnitoutWarning>,
-}
+use super::{Knitout, KnitoutError, KnitoutWarning};
+use crate::chart::error::nearest;
+use crate::chart::{Chart, ChartRow, Op, Place, Stack};
 
 const OPERATIONS: [&str; 16] = [
     "in",
@@ -101,40 +22,6 @@ const OPERATIONS: [&str; 16] = [
     "pause",
     "x-",
 ];
-
-/// Reads a knitout file.
-///
-/// # Errors
-/// [`KnitoutError`] for the first operation that does not fit.
-pub fn read_knitout(text: &str) -> Result<Knitout, KnitoutError> {
-    let first = text.lines().next().unwrap_or_default();
-    let version = first.strip_prefix(";!knitout-").unwrap_or_default();
-    if version.is_empty() || !version.bytes().all(|b| b.is_ascii_digit()) {
-        return Err(KnitoutError::Magic);
-    }
-    let mut machine = Machine::default();
-    let mut start = 0;
-    for (k, line) in text.split('\n').enumerate() {
-        let code = &line[..line.find(';').unwrap_or(line.len())];
-        let words: Vec<&str> = code.split_whitespace().collect();
-        let lead = code.len() - code.trim_start().len();
-        let place = Place {
-            line: k + 1,
-            column: code[..lead].chars().count() + 1,
-            span: start + lead..start + lead + code.trim().len(),
-        };
-        if k == 0 && version != "2" {
-            machine.warn(&place, format!("version {version} is read as version 2"));
-        }
-        if !words.is_empty() {
-            machine.place = Some(place);
-            machine.operation = code.trim().to_owned();
-            machine.execute(words[0], &words[1..])?;
-        }
-        start += line.len() + 1;
-    }
-    machine.finish()
-}
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Needle {
@@ -161,8 +48,9 @@ struct Made {
     parents: Vec<usize>,
 }
 
+/// The beds of the machine and the rows made so far.
 #[derive(Default)]
-struct Machine {
+pub(super) struct Machine {
     needles: BTreeMap<Needle, Vec<usize>>,
     loops: Vec<Held>,
     /// Index of a front needle minus that of the back needle opposite.
@@ -178,8 +66,9 @@ struct Machine {
     dropped: Option<(Place, String)>,
     carriers: Vec<String>,
     warnings: Vec<KnitoutWarning>,
-    place: Option<Place>,
-    operation: String,
+    /// The operation being read.
+    pub(super) place: Option<Place>,
+    pub(super) operation: String,
 }
 
 impl Machine {
@@ -202,12 +91,13 @@ impl Machine {
         })
     }
 
-    fn warn(&mut self, at: &Place, message: String) {
+    pub(super) fn warn(&mut self, at: &Place, message: String) {
         let at = at.clone();
         self.warnings.push(KnitoutWarning { at, message });
     }
 
-    fn execute(&mut self, word: &str, rest: &[&str]) -> Result<(), KnitoutError> {
+    /// Does one operation.
+    pub(super) fn execute(&mut self, word: &str, rest: &[&str]) -> Result<(), KnitoutError> {
         match (word, rest) {
             ("in" | "inhook" | "releasehook" | "out" | "outhook" | "stitch" | "pause", _) => Ok(()),
             ("amiss", [_]) | ("miss", [_, _, ..]) => Ok(()),
@@ -459,7 +349,8 @@ impl Machine {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<Knitout, KnitoutError> {
+    /// The chart of what was made.
+    pub(super) fn finish(mut self) -> Result<Knitout, KnitoutError> {
         self.close_row()?;
         if let Some((at, _)) = self.dropped.take() {
             self.warn(&at, "dropped loops are bound off".into());
