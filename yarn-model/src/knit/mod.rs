@@ -5,6 +5,16 @@
 //! gets two stitch contacts of two nodes each [Cirio2017]. One yarn runs through
 //! all rows, back and forth.
 //!
+//! ```
+//! use selvedge_yarn_model::chart::StitchPattern;
+//! use selvedge_yarn_model::knit::{KnitOptions, knitted};
+//! let chart = StitchPattern::built_in("rib-2x2")?.chart(5, 10)?;
+//! let rib = knitted(&chart, &KnitOptions::default())?;
+//! assert_eq!(rib.map.loops.len(), 400);
+//! assert_eq!(rib.network.yarns.len(), 3);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # Edges
 //!
 //! Two auxiliary yarns of the same kind keep the first and the last row from
