@@ -11,6 +11,7 @@ mod compose;
 mod contact;
 mod error;
 mod force;
+pub mod knit;
 mod material;
 mod network;
 mod vec3;
