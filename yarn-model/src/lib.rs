@@ -14,7 +14,10 @@ mod network;
 mod vec3;
 mod weave;
 
-pub use contact::{StackRule, stack_compression};
+pub use contact::{
+    Compression, FrictionSettings, SlidingFriction, StackRule, StickRule, plane_normal,
+    stack_compression,
+};
 pub use error::YarnError;
 pub use force::{
     CROSSED, InertiaForce, JAM_ANGLE, JAM_WIDTH, JammingBending, Locked, LockedBending,
