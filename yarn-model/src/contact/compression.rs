@@ -127,6 +127,12 @@ impl Compression {
         self.normal.iter().map(|n| (*n).into())
     }
 
+    /// Force on a strand from along its yarn [N], beside the other yarns, as of
+    /// the last update.
+    pub fn force(&self, strand: u32) -> [f64; 3] {
+        self.along(strand as usize).into()
+    }
+
     /// Computes all compressions from flat points [m], the strands' arc lengths
     /// [m] and the normals of the step before, three numbers each.
     ///
@@ -231,7 +237,7 @@ impl Compression {
 
     /// Force on a strand along its yarn [N].
     #[inline(always)]
-    fn force(&self, s: usize) -> V {
+    fn along(&self, s: usize) -> V {
         let Fibre { prev, next, .. } = self.strands[s];
         let mut force = self.parts[s].own;
         if prev != NONE {
@@ -248,7 +254,7 @@ impl Compression {
         let (strands, interface) = self.stack(node);
         if strands.len() == 2 {
             let s = strands.start;
-            return pair_compression(self.normal[k], self.force(s), self.force(s + 1));
+            return pair_compression(self.normal[k], self.along(s), self.along(s + 1));
         }
         // Every interface solves its whole stack: stacks are few.
         let Scratch {
@@ -261,7 +267,7 @@ impl Compression {
         normals.clear();
         normals.extend(around.iter().map(|n| <[f64; 3]>::from(*n)));
         forces.clear();
-        forces.extend(strands.map(|s| <[f64; 3]>::from(self.force(s))));
+        forces.extend(strands.map(|s| <[f64; 3]>::from(self.along(s))));
         lambda.resize(m, 0.0);
         stack_compression(normals, forces, self.rule, lambda);
         lambda[k - interface]

@@ -9,11 +9,17 @@ use crate::{NONE, StitchWrapping, WrapElement, WrapPair, YarnNetwork};
 
 /// Wrapping forces by strand. Wings and axis ends belong to the yarn that makes
 /// them: `x0` and `x4` to the child, `x1` and `x3` to the parent.
+///
+/// Angles are the ones nearest to those of the network as built; unlike
+/// [`StitchWrapping`] an element that turns further than π from there is not
+/// followed.
 #[derive(Clone, Debug)]
 pub(super) struct Wraps {
     elements: Vec<WrapElement>,
     /// Strands of `x0, x1, x3, x4`.
     strands: Vec<[u32; 4]>,
+    /// Angle ψ of the network as built [rad].
+    start: Vec<f64>,
     /// Per strand, from where on in `entries`; empty without elements.
     offsets: Vec<u32>,
     /// Four times the element plus the place in it.
@@ -24,6 +30,16 @@ pub(super) struct Wraps {
 impl Wraps {
     pub fn new(network: &YarnNetwork) -> Self {
         let elements = StitchWrapping::elements(network);
+        let energy = StitchWrapping::new(network);
+        let start = (0..elements.len()).map(|e| {
+            let mut q = [0.0; 12];
+            let points = elements[e].points.iter();
+            for (x, point) in q.as_chunks_mut::<3>().0.iter_mut().zip(points) {
+                *x = network.points[*point as usize];
+            }
+            energy.angle(e, &q).unwrap_or(0.0)
+        });
+        let start = start.collect();
         let strands: Vec<_> = strands_of_elements(network, &elements);
         let mut offsets = Vec::new();
         let mut entries = Vec::new();
@@ -46,6 +62,7 @@ impl Wraps {
             forces: vec![[V::zeros(); 4]; elements.len()],
             elements,
             strands,
+            start,
             offsets,
             entries,
         }
@@ -54,12 +71,14 @@ impl Wraps {
     /// Forces at given places of the strands.
     pub fn update(&mut self, places: &[V]) {
         let elements = self.elements.par_iter().zip(&self.strands);
-        elements.zip(&mut self.forces).with_min_len(GRAIN).for_each(
-            |((element, strands), forces)| {
+        elements
+            .zip(&self.start)
+            .zip(&mut self.forces)
+            .with_min_len(GRAIN)
+            .for_each(|(((element, strands), start), forces)| {
                 let x = strands.map(|s| places[s as usize]);
-                *forces = wrapping_force(element, FRAC_PI_2, 0.0, x);
-            },
-        );
+                *forces = wrapping_force(element, FRAC_PI_2, *start, x);
+            });
     }
 
     /// Force on strand `s` [N].
@@ -78,6 +97,7 @@ impl Wraps {
     pub fn heap_bytes(&self) -> usize {
         size_of_val(&self.elements[..])
             + size_of_val(&self.strands[..])
+            + size_of_val(&self.start[..])
             + size_of_val(&self.offsets[..])
             + size_of_val(&self.entries[..])
             + size_of_val(&self.forces[..])
