@@ -7,6 +7,7 @@
 //! [Cirio2014, Cirio2017].
 
 mod contact;
+mod damping;
 mod error;
 mod force;
 mod material;
@@ -18,6 +19,7 @@ pub use contact::{
     Compression, FrictionSettings, SlidingFriction, StackRule, StickRule, plane_normal,
     stack_compression,
 };
+pub use damping::RayleighDamping;
 pub use error::YarnError;
 pub use force::{
     CROSSED, InertiaForce, JAM_ANGLE, JAM_WIDTH, JammingBending, Locked, LockedBending,
