@@ -108,6 +108,7 @@ pub(crate) fn bending_force<const JAMMING: bool>(k_b: f64, x2: V, x0: V, x1: V, 
 }
 
 /// One stencil at an evaluation.
+#[derive(Debug)]
 struct Bent {
     angle: Angle,
     law: [f64; 3],
@@ -117,29 +118,52 @@ struct Bent {
     k: f64,
 }
 
-enum State {
-    Bent(Bent),
-    Ignored,
+/// A stencil without an angle.
+#[derive(Debug)]
+enum Unbent {
+    /// A segment has no direction.
+    Collapsed,
+    /// The arc lengths are in the wrong order.
     Crossed,
+}
+
+impl Unbent {
+    #[inline(always)]
+    fn value(&self) -> f64 {
+        match self {
+            Self::Collapsed => 0.0,
+            Self::Crossed => CROSSED,
+        }
+    }
+
+    #[inline(always)]
+    fn gradient(&self, g: &mut [f64; 11]) -> f64 {
+        match self {
+            Self::Collapsed => {
+                *g = [0.0; 11];
+                0.0
+            }
+            Self::Crossed => crossed(g),
+        }
+    }
 }
 
 impl Bent {
     #[inline(always)]
-    fn new<const JAMMING: bool>(k: f64, q: &[f64; 11]) -> State {
+    fn new<const JAMMING: bool>(k: f64, q: &[f64; 11]) -> Result<Self, Unbent> {
         let du = q[10] - q[9];
         if du <= 0.0 {
-            return State::Crossed;
+            return Err(Unbent::Crossed);
         }
         let x0 = get(q, 3);
-        match Angle::new::<true>(x0 - get(q, 0), get(q, 6) - x0, SHORTEST * du) {
-            None => State::Ignored,
-            Some(angle) => State::Bent(Self {
-                law: law::<JAMMING>(angle.angle),
-                angle,
-                inverse: 1.0 / du,
-                k: k / du,
-            }),
-        }
+        let angle = Angle::new::<true>(x0 - get(q, 0), get(q, 6) - x0, SHORTEST * du)
+            .ok_or(Unbent::Collapsed)?;
+        Ok(Self {
+            law: law::<JAMMING>(angle.angle),
+            angle,
+            inverse: 1.0 / du,
+            k: k / du,
+        })
     }
 
     #[inline(always)]
@@ -166,21 +190,16 @@ impl<const JAMMING: bool> StencilEnergy<5, 11> for YarnBending<JAMMING> {
     #[inline]
     fn value(&self, e: usize, q: &[f64; 11], _: &EvalPoint<'_>) -> f64 {
         match Bent::new::<JAMMING>(self.stiffness[e], q) {
-            State::Bent(b) => b.k * b.law[0],
-            State::Ignored => 0.0,
-            State::Crossed => CROSSED,
+            Ok(b) => b.k * b.law[0],
+            Err(unbent) => unbent.value(),
         }
     }
 
     #[inline]
     fn gradient(&self, e: usize, q: &[f64; 11], _: &EvalPoint<'_>, g: &mut [f64; 11]) -> f64 {
         match Bent::new::<JAMMING>(self.stiffness[e], q) {
-            State::Bent(b) => b.gradient(g),
-            State::Ignored => {
-                *g = [0.0; 11];
-                0.0
-            }
-            State::Crossed => crossed(g),
+            Ok(b) => b.gradient(g),
+            Err(unbent) => unbent.gradient(g),
         }
     }
 
@@ -195,15 +214,11 @@ impl<const JAMMING: bool> StencilEnergy<5, 11> for YarnBending<JAMMING> {
         h: &mut [[f64; 11]; 11],
     ) -> f64 {
         let b = match Bent::new::<JAMMING>(self.stiffness[e], q) {
-            State::Bent(b) => b,
-            State::Ignored => {
-                *g = [0.0; 11];
-                *h = [[0.0; 11]; 11];
-                return 0.0;
-            }
-            State::Crossed => {
-                *h = [[f64::NAN; 11]; 11];
-                return crossed(g);
+            Ok(b) => b,
+            Err(unbent) => {
+                let value = unbent.gradient(g);
+                *h = [[g[0]; 11]; 11];
+                return value;
             }
         };
         let value = b.gradient(g);
@@ -231,5 +246,32 @@ impl<const JAMMING: bool> StencilEnergy<5, 11> for YarnBending<JAMMING> {
 
     fn heap_bytes(&self) -> usize {
         size_of_val(&self.stencils[..]) + size_of_val(&self.stiffness[..])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn compare<const JAMMING: bool>(q: &[f64; 11]) {
+        let bent = Bent::new::<JAMMING>(2.0, q).unwrap();
+        let mut g = [0.0; 11];
+        bent.gradient(&mut g);
+        let x = [0, 3, 6].map(|at| get(q, at));
+        let forces = bending_force::<JAMMING>(2.0, x[0], x[1], x[2], q[10] - q[9]);
+        for (f, at) in forces.iter().zip([0, 3, 6]) {
+            let g = get(&g, at);
+            assert!((f + g).norm() < 1e-13 * g.norm());
+        }
+    }
+
+    #[test]
+    fn force_is_minus_the_gradient() {
+        let q = [-1.0, 0.1, 0.2, 0.0, 0.0, 0.1, -0.4, 0.8, -0.3, 0.1, 2.3];
+        compare::<true>(&q);
+        compare::<false>(&q);
+        let x = [0, 3].map(|at| get(&q, at));
+        let none = bending_force::<true>(2.0, x[0], x[1], x[1], 2.2);
+        assert_eq!(none, [V::zeros(); 3]);
     }
 }

@@ -168,3 +168,23 @@ impl StencilEnergy<4, 8> for YarnStretch {
         size_of_val(&self.stencils[..]) + size_of_val(&self.stiffness[..])
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn force_is_minus_the_gradient() {
+        let q = [0.0, 0.1, 0.2, 1.0, -0.3, 0.4, 0.2, 1.1];
+        let segment = Segment::new(&q).unwrap();
+        let mut g = [0.0; 8];
+        segment.gradient(3.0, &mut g);
+        let (x0, x1) = (get(&q, 0), get(&q, 3));
+        let f = stretch_force(3.0, x0, q[6], x1, q[7]);
+        assert!((f + get(&g, 3)).norm() < 1e-14);
+        assert!((f - get(&g, 0)).norm() < 1e-14);
+        // Stretched: the end is pulled back.
+        assert!(f.dot(&(x1 - x0)) < 0.0);
+        assert_eq!(stretch_force(3.0, x0, 0.0, x0, 1.0), V::zeros());
+    }
+}

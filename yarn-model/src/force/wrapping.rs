@@ -80,7 +80,7 @@ struct Data {
 
 impl StitchWrapping {
     /// Elements of all stitch contacts with the rest angle ψ0 = π/2. Angles
-    /// continue from those of the network's points.
+    /// continue from those of the network's points, within π of ψ0.
     pub fn new(network: &YarnNetwork) -> Self {
         Self::from_elements(&Self::elements(network), &network.points, FRAC_PI_2)
     }
@@ -102,7 +102,7 @@ impl StitchWrapping {
                 })
                 .collect(),
             rest,
-            previous: vec![0.0; elements.len()],
+            previous: vec![rest; elements.len()],
         };
         for e in 0..elements.len() {
             let mut q = [0.0; 12];
@@ -243,8 +243,8 @@ fn sigma(network: &YarnNetwork, contact: &StitchContact, pair: WrapPair, points:
     }
 }
 
-/// Forces [N] on `x0, x1, x3, x4` of one element. `previous` is an angle
-/// ψ [rad] to continue from, zero for one that never went past ±π.
+/// Forces [N] on `x0, x1, x3, x4` of one element. `previous` is the angle
+/// ψ [rad] to continue from, the rest angle for one without history.
 #[allow(dead_code)] // for the compression of contacts
 #[inline(always)]
 pub(crate) fn wrapping_force(
@@ -349,5 +349,48 @@ impl StencilEnergy<4, 12> for StitchWrapping {
         size_of_val(&self.stencils[..])
             + size_of_val(&self.data[..])
             + size_of_val(&self.previous[..])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use selvedge_energy::DofLayout;
+
+    use super::*;
+
+    #[test]
+    fn force_is_minus_the_gradient() {
+        let q = [
+            0.0, 0.0, 0.0, 0.14, 0.2, 0.02, 0.5, 0.2, -0.1, -0.36, 0.03, -0.15,
+        ];
+        let points = q.as_chunks::<3>().0;
+        let at = EvalPoint {
+            layout: DofLayout::points(4),
+            q: &q,
+            q_start: &q,
+            dt: 1.0,
+        };
+        for sigma in [-1.0, 1.0] {
+            let element = WrapElement {
+                points: [0, 1, 2, 3],
+                contact: 0,
+                pair: WrapPair::ChildAtA,
+                sigma,
+                stiffness: 0.7,
+                length: 0.25,
+            };
+            let energy = StitchWrapping::from_elements(&[element], points, FRAC_PI_2);
+            let mut g = [0.0; 12];
+            energy.gradient(0, &q, &at, &mut g);
+            let x = std::array::from_fn(|i| get(&q, 3 * i));
+            let forces = wrapping_force(&element, FRAC_PI_2, 0.0, x);
+            for (i, f) in forces.iter().enumerate() {
+                let g = get(&g, 3 * i);
+                assert!((f + g).norm() < 1e-13 * g.norm());
+            }
+            let x = [x[0], x[1], x[2], x[0]];
+            let none = wrapping_force(&element, FRAC_PI_2, 0.0, x);
+            assert_eq!(none, [V::zeros(); 4]);
+        }
     }
 }
