@@ -41,6 +41,18 @@ pub enum PlanError {
         /// Name of the term.
         term: String,
     },
+    /// The points at which scalars live descend or do not exist.
+    #[error("the points of the scalars must ascend and be below {points}")]
+    Owners {
+        /// Number of points.
+        points: usize,
+    },
+    /// The matrix of the plan stores lumped masses only.
+    #[error("inertia couples unknowns, which the matrix `{system}` does not store")]
+    CoupledMass {
+        /// Name of the system.
+        system: String,
+    },
     /// A setting is outside its range.
     #[error("`{name}` is {value}; it must be {allowed}")]
     Setting {

@@ -1,12 +1,12 @@
 use selvedge_collision::StepStart;
-use selvedge_energy::{Curvature, EvalPoint};
+use selvedge_energy::{Curvature, EvalPoint, RatePoint};
 use selvedge_linsolve::{Filter, LinsolveError, SolveReport, SolveStatus};
 
 use crate::contact::Contacts;
 use crate::norm::{residual_norm, worst_point};
 use crate::{
-    CurvaturePolicy, Evaluation, Integrator, Ledger, NewtonSettings, Pins, PlanError, ScenePlan,
-    State, StepError, StepReport, StepRequest, TermEnergy,
+    CurvaturePolicy, Evaluation, Inertia, Integrator, Ledger, MassEvaluation, NewtonSettings, Pins,
+    PlanError, ResidualNorm, ScenePlan, State, StepError, StepReport, StepRequest, TermEnergy,
 };
 
 /// Backward Euler by Newton's method in velocities with a backtracking line
@@ -33,6 +33,8 @@ pub struct BackwardEuler {
     dv: Vec<f64>,
     b: Vec<f64>,
     b_try: Vec<f64>,
+    /// What [`MassEvaluation::change`] is, where inertia couples unknowns.
+    change: Vec<f64>,
     energies: Vec<f64>,
     contact_energy: f64,
     forced: Option<CurvaturePolicy>,
@@ -62,6 +64,7 @@ impl BackwardEuler {
             dv: Vec::new(),
             b: Vec::new(),
             b_try: Vec::new(),
+            change: Vec::new(),
             energies: Vec::new(),
             contact_energy: 0.0,
             forced: None,
@@ -195,7 +198,8 @@ impl BackwardEuler {
     ) -> Result<f64, StepError> {
         extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
         let at = end_point(state, &self.q, request.dt);
-        inertial_impulse(plan, state, &self.v, None, request.dt, &mut self.b);
+        let v = (self.v.as_slice(), None);
+        inertial_impulse(plan, state, v, request.dt, &mut self.b, &mut self.change);
         self.contact_energy =
             self.contacts
                 .add_impulse(&mut plan.contacts, &at, true, &mut self.b, ledger)?;
@@ -204,6 +208,8 @@ impl BackwardEuler {
             at,
             stiffness: request.stiffness,
             masses: &plan.inertia.masses,
+            scalar_masses: &plan.inertia.scalar_masses,
+            mass: mass_evaluation(&plan.inertia, state, &self.change, request.dt),
         };
         plan.system.assemble(
             &evaluation,
@@ -214,7 +220,7 @@ impl BackwardEuler {
             ledger,
         );
         project(&plan.pins, &mut self.b);
-        let residual = residual_norm(self.settings.norm, &self.b, &plan.inertia.masses);
+        let residual = norm_of(self.settings.norm, &self.b, plan);
         if !residual.is_finite() {
             return Err(not_finite(plan, state, &at, &self.b));
         }
@@ -260,7 +266,8 @@ impl BackwardEuler {
             let along = Some((self.dv.as_slice(), factor));
             extrapolate(&state.q, &self.v, along, request.dt, &mut self.q);
             let at = end_point(state, &self.q, request.dt);
-            inertial_impulse(plan, state, &self.v, along, request.dt, &mut self.b_try);
+            let (out, change) = (&mut self.b_try, &mut self.change);
+            inertial_impulse(plan, state, (&self.v, along), request.dt, out, change);
             self.contact_energy = self.contacts.add_impulse(
                 &mut plan.contacts,
                 &at,
@@ -273,11 +280,13 @@ impl BackwardEuler {
                 at,
                 stiffness: request.stiffness,
                 masses: &plan.inertia.masses,
+                scalar_masses: &plan.inertia.scalar_masses,
+                mass: mass_evaluation(&plan.inertia, state, &self.change, request.dt),
             };
             plan.system
                 .add_impulse(&evaluation, &mut self.b_try, &mut self.energies, ledger);
             project(&plan.pins, &mut self.b_try);
-            let tried = residual_norm(self.settings.norm, &self.b_try, &plan.inertia.masses);
+            let tried = norm_of(self.settings.norm, &self.b_try, plan);
             let accepted = tried < residual || tried < self.settings.tolerance;
             if tried.is_finite() && accepted {
                 for (v, dv) in self.v.iter_mut().zip(&self.dv) {
@@ -300,10 +309,13 @@ impl BackwardEuler {
         extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
         let at = end_point(state, &self.q, request.dt);
         let sum = &mut self.b_try;
+        let points = 3 * state.layout.points;
         for (i, s) in sum.iter_mut().enumerate() {
-            let m = plan.inertia.masses[i / 3];
-            let gravity = request.dt * plan.inertia.gravity[i % 3].abs();
-            *s = m * (state.v[i].abs() + self.v[i].abs() + gravity);
+            let (m, pull) = match i < points {
+                true => (plan.inertia.masses[i / 3], plan.inertia.gravity[i % 3]),
+                false => (plan.inertia.scalar_masses[i - points], 0.0),
+            };
+            *s = m * (state.v[i].abs() + self.v[i].abs() + request.dt * pull.abs());
         }
         let mut rounded = self.q.clone();
         for (i, x) in rounded.iter_mut().enumerate() {
@@ -321,16 +333,18 @@ impl BackwardEuler {
             for e in 0..batch.len() {
                 batch.gradients(&at, e..e + 1, &mut g);
                 batch.gradients(&moved, e..e + 1, &mut h);
-                let pairs = g.as_chunks::<3>().0.iter().zip(h.as_chunks::<3>().0);
-                for (&n, (g, h)) in batch.nodes(e).iter().zip(pairs) {
-                    for i in 0..3 {
-                        let noise = (g[i] - h[i]).abs() / f64::EPSILON;
-                        sum[3 * n as usize + i] += factor * (g[i].abs() + noise);
+                let mut k = 0;
+                for (&n, &dim) in batch.nodes(e).iter().zip(batch.node_dims()) {
+                    let from = state.layout.offset(n, dim);
+                    for i in 0..dim {
+                        let noise = (g[k] - h[k]).abs() / f64::EPSILON;
+                        sum[from + i] += factor * (g[k].abs() + noise);
+                        k += 1;
                     }
                 }
             }
         }
-        16.0 * f64::EPSILON * residual_norm(self.settings.norm, sum, &plan.inertia.masses)
+        16.0 * f64::EPSILON * norm_of(self.settings.norm, sum, plan)
     }
 
     fn resize(&mut self, dim: usize, terms: usize) {
@@ -360,7 +374,8 @@ impl Integrator for BackwardEuler {
         ledger: &mut Ledger,
     ) -> Result<StepReport, StepError> {
         self.resize(state.layout.dim(), plan.terms.len());
-        if let Some((point, what)) = state.first_not_finite() {
+        if let Some((place, what)) = state.first_not_finite() {
+            let point = state.point_of(place, &plan.owners);
             return Err(not_finite_at(state, point, what, None));
         }
         self.v.copy_from_slice(&state.v);
@@ -441,9 +456,11 @@ fn end_point<'a>(state: &'a State, q: &'a [f64], dt: f64) -> EvalPoint<'a> {
 }
 
 fn step_start<'a>(state: &'a State, q_predicted: &'a [f64], dt: f64) -> StepStart<'a> {
+    // Contact knows points alone.
+    let points = 3 * state.layout.points;
     StepStart {
-        q_start: &state.q,
-        q_predicted,
+        q_start: &state.q[..points],
+        q_predicted: &q_predicted[..points],
         dt,
         time: state.time,
     }
@@ -491,31 +508,70 @@ fn extrapolate(q: &[f64], v: &[f64], along: Option<(&[f64], f64)>, dt: f64, out:
     }
 }
 
-/// `out = M (v_0 − v − factor dv) + dt M g`
+/// `out = M (v_0 − v − factor dv) + dt M g` of lumped masses, for velocities
+/// `v + factor dv`. Where inertia couples unknowns, `change` instead.
 fn inertial_impulse(
     plan: &ScenePlan,
     state: &State,
-    v: &[f64],
-    along: Option<(&[f64], f64)>,
+    (v, along): (&[f64], Option<(&[f64], f64)>),
     dt: f64,
     out: &mut [f64],
+    change: &mut Vec<f64>,
 ) {
-    let gravity = plan.inertia.gravity.map(|g| dt * g);
-    let (out, _) = out.as_chunks_mut::<3>();
-    let (v0, _) = state.v.as_chunks::<3>();
-    let (v, _) = v.as_chunks::<3>();
-    for (p, &m) in plan.inertia.masses.iter().enumerate() {
-        for i in 0..3 {
-            let dv = along.map_or(0.0, |(dv, factor)| factor * dv[3 * p + i]);
-            out[p][i] = m * (v0[p][i] - (v[p][i] + dv) + gravity[i]);
+    let inertia = &plan.inertia;
+    let gravity = inertia.gravity.map(|g| dt * g);
+    let at = |i: usize| v[i] + along.map_or(0.0, |(dv, factor)| factor * dv[i]);
+    let (points, scalars) = out.split_at_mut(3 * inertia.masses.len());
+    let (points, _) = points.as_chunks_mut::<3>();
+    if inertia.coupled.is_some() {
+        let keep = 1.0 + dt * inertia.damping;
+        change.clear();
+        change.extend((0..v.len()).map(|i| state.v[i] - keep * at(i)));
+        for (out, &m) in points.iter_mut().zip(&inertia.masses) {
+            *out = gravity.map(|g| m * g);
+        }
+        scalars.fill(0.0);
+    } else {
+        for (p, (out, &m)) in points.iter_mut().zip(&inertia.masses).enumerate() {
+            for i in 0..3 {
+                out[i] = m * (state.v[3 * p + i] - at(3 * p + i) + gravity[i]);
+            }
+        }
+        let first = 3 * inertia.masses.len();
+        for (s, (out, &m)) in scalars.iter_mut().zip(&inertia.scalar_masses).enumerate() {
+            *out = m * (state.v[first + s] - at(first + s));
         }
     }
-    for &p in &plan.inertia.weightless {
+    for &p in &inertia.weightless {
         let p = p as usize;
         for i in 0..3 {
-            out[p][i] -= plan.inertia.masses[p] * gravity[i];
+            points[p][i] -= inertia.masses[p] * gravity[i];
         }
     }
+}
+
+fn mass_evaluation<'a>(
+    inertia: &'a Inertia,
+    state: &'a State,
+    change: &'a [f64],
+    dt: f64,
+) -> Option<MassEvaluation<'a>> {
+    let batch = inertia.coupled.as_deref()?;
+    Some(MassEvaluation {
+        batch,
+        start: RatePoint {
+            layout: state.layout,
+            q: &state.q,
+            v: &state.v,
+        },
+        change,
+        damping: inertia.damping,
+        dt,
+    })
+}
+
+fn norm_of(norm: ResidualNorm, f: &[f64], plan: &ScenePlan) -> f64 {
+    residual_norm(norm, f, &plan.inertia.masses, &plan.inertia.scalar_masses)
 }
 
 /// Names the term and the point behind a residual that is not finite.
@@ -527,12 +583,14 @@ fn not_finite(plan: &ScenePlan, state: &State, at: &EvalPoint<'_>, b: &[f64]) ->
         for e in 0..batch.len() {
             let value = batch.gradients(at, e..e + 1, &mut g);
             if !value.is_finite() || g.iter().any(|g| !g.is_finite()) {
-                let point = batch.nodes(e)[0] as usize;
+                let first = state.layout.offset(batch.nodes(e)[0], batch.node_dims()[0]);
+                let point = state.point_of(first, &plan.owners);
                 return not_finite_at(state, point, "the force", Some(batch.name().to_owned()));
             }
         }
     }
-    let point = b.iter().position(|b| !b.is_finite()).unwrap_or(0) / 3;
+    let place = b.iter().position(|b| !b.is_finite()).unwrap_or(0);
+    let point = state.point_of(place, &plan.owners);
     not_finite_at(state, point, "the residual", None)
 }
 

@@ -22,7 +22,7 @@ mod state;
 mod step;
 mod system;
 
-pub use assemble::{AssemblyOptions, Scatter, TermEnergy};
+pub use assemble::{AssemblyOptions, MassEvaluation, Scatter, TermEnergy};
 pub use control::{RestDetector, StepControl};
 pub use error::{PlanError, SimulationError, StepError};
 pub use euler::BackwardEuler;
@@ -35,4 +35,4 @@ pub use settings::{
 pub use simulation::{Counters, EndReason, Outcome, Simulation};
 pub use state::{Snapshot, State};
 pub use step::{Integrator, StepReport, StepRequest};
-pub use system::{DualSystem, Evaluation, NewtonSystem, ReassembledSystem};
+pub use system::{BorderedSystem, DualSystem, Evaluation, NewtonSystem, ReassembledSystem};

@@ -22,7 +22,10 @@ pub(crate) fn worst_point(f: &[f64], masses: &[f64]) -> (usize, f64) {
 }
 
 /// Norm of a residual [N·s]: m/s for the mass norm, N·s as printed.
-pub(crate) fn residual_norm(norm: ResidualNorm, f: &[f64], masses: &[f64]) -> f64 {
+///
+/// Scalars count like the other components: `scalars` holds their masses.
+pub(crate) fn residual_norm(norm: ResidualNorm, f: &[f64], masses: &[f64], scalars: &[f64]) -> f64 {
+    let (f, of_scalars) = f.split_at(3 * masses.len());
     let (f, _) = f.as_chunks::<3>();
     let square = |f: &[f64; 3]| f[0] * f[0] + f[1] * f[1] + f[2] * f[2];
     let partial: Vec<[f64; 2]> = f
@@ -40,8 +43,19 @@ pub(crate) fn residual_norm(norm: ResidualNorm, f: &[f64], masses: &[f64]) -> f6
             sum
         })
         .collect();
+    let rest: Vec<[f64; 2]> = of_scalars
+        .par_chunks(CHUNK)
+        .zip(scalars.par_chunks(CHUNK))
+        .map(|(f, m)| {
+            let squares = f.iter().zip(m);
+            match norm {
+                ResidualNorm::Mass => [squares.map(|(f, m)| f * f / m).sum(), 0.0],
+                ResidualNorm::Paper => [squares.map(|(f, _)| f * f).sum(), 0.0],
+            }
+        })
+        .collect();
     let (mut sum, mut mass) = (0.0, 0.0);
-    for [s, m] in partial {
+    for [s, m] in partial.into_iter().chain(rest) {
         sum += s;
         mass += m;
     }
@@ -59,7 +73,7 @@ mod tests {
     #[test]
     fn a_light_point_is_seen() {
         let (f, masses) = ([1e-9, 0.0, 0.0, 1e-8, 0.0, 0.0], [1e-3, 1e-9]);
-        assert!(residual_norm(ResidualNorm::Mass, &f, &masses) < 1e-2);
+        assert!(residual_norm(ResidualNorm::Mass, &f, &masses, &[]) < 1e-2);
         assert_eq!(worst_point(&f, &masses).0, 1);
         assert!((worst_point(&f, &masses).1 - 10.0).abs() < 1e-12);
         assert!(worst_point(&[f64::NAN, 0.0, 0.0], &[1.0]).1.is_nan());

@@ -1,5 +1,5 @@
 use selvedge_collision::ContactSource;
-use selvedge_energy::{DofLayout, EnergyBatch};
+use selvedge_energy::{DofLayout, EnergyBatch, MassBatch};
 use selvedge_linsolve::BlockFilter;
 
 use crate::{NewtonSystem, PlanError};
@@ -9,6 +9,8 @@ use crate::{NewtonSystem, PlanError};
 pub struct ScenePlan {
     /// Shape of the unknowns.
     pub layout: DofLayout,
+    /// The point at which each scalar lives, ascending.
+    pub owners: Vec<u32>,
     /// Mass and gravity.
     pub inertia: Inertia,
     /// Energies and dissipative terms.
@@ -21,11 +23,18 @@ pub struct ScenePlan {
     pub system: Box<dyn NewtonSystem>,
 }
 
-/// Lumped masses and the field that pulls on them.
-#[derive(Clone, Debug, Default)]
+/// Masses and the field that pulls on them.
+#[derive(Default)]
 pub struct Inertia {
-    /// Mass of each point [kg].
+    /// Lumped mass of each point [kg].
     pub masses: Vec<f64>,
+    /// Lumped mass of each scalar [kg].
+    pub scalar_masses: Vec<f64>,
+    /// Inertia that couples unknowns and depends on them. It takes the place of
+    /// the lumped masses, which remain the weights of norms and of gravity.
+    pub coupled: Option<Box<dyn MassBatch>>,
+    /// Damping in proportion to [`coupled`](Self::coupled) inertia, α [1/s].
+    pub damping: f64,
     /// Acceleration of gravity [m/s²].
     pub gravity: [f64; 3],
     /// Points that gravity does not pull: rotation vectors of rigid bodies,
@@ -101,6 +110,18 @@ impl ScenePlan {
                 expected: points,
             });
         }
+        if self.inertia.scalar_masses.len() != self.layout.scalars {
+            return Err(PlanError::Length {
+                what: "masses of scalars",
+                found: self.inertia.scalar_masses.len(),
+                expected: self.layout.scalars,
+            });
+        }
+        if self.inertia.coupled.is_some() && !self.system.couples_masses() {
+            return Err(PlanError::CoupledMass {
+                system: self.system.name(),
+            });
+        }
         if let Some(&node) = self
             .inertia
             .weightless
@@ -114,7 +135,10 @@ impl ScenePlan {
                 count: points,
             });
         }
-        for (point, &mass) in self.inertia.masses.iter().enumerate() {
+        let scalars = self.inertia.scalar_masses.iter();
+        let scalars = scalars.map(|&m| (points, m));
+        let masses = self.inertia.masses.iter().copied().enumerate();
+        for (point, mass) in masses.chain(scalars) {
             if !(mass > 0.0 && mass.is_finite()) {
                 return Err(PlanError::Mass { point, mass });
             }

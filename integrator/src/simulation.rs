@@ -90,7 +90,8 @@ impl Simulation {
                 .into());
             }
         }
-        if let Some((point, what)) = state.first_not_finite() {
+        if let Some((place, what)) = state.first_not_finite() {
+            let point = state.point_of(place, &plan.owners);
             let at = |i: usize| state.q[3 * point + i];
             let source = StepError::NotFinite {
                 what,

@@ -8,6 +8,8 @@ pub(crate) trait Sink<T: Real> {
     fn add_block(&mut self, slot: usize, block: &[[f64; 3]; 3], scale: f64);
     /// Adds `scale · v` to the three unknowns of a point.
     fn add_point(&mut self, point: usize, v: &[f64; 3], scale: f64);
+    /// Adds `scale · v` to a single entry.
+    fn add_value(&mut self, place: usize, v: f64, scale: f64);
 }
 
 /// An array with one writer.
@@ -34,6 +36,13 @@ impl<T: Real> Sink<T> for Plain<'_, T> {
             for k in 0..3 {
                 out[k] += T::from_f64(scale * v[k]);
             }
+        }
+    }
+
+    #[inline(always)]
+    fn add_value(&mut self, place: usize, v: f64, scale: f64) {
+        if let Some(out) = self.0.get_mut(place) {
+            *out += T::from_f64(scale * v);
         }
     }
 }
@@ -69,6 +78,15 @@ impl<T: Real> Sink<T> for Shared<'_, T> {
             self.values.add_point_atomic(point, v, scale);
         } else {
             self.values.add_point(point, v, scale);
+        }
+    }
+
+    #[inline(always)]
+    fn add_value(&mut self, place: usize, v: f64, scale: f64) {
+        if self.atomic {
+            self.values.add_value_atomic(place, v, scale);
+        } else {
+            self.values.add_value(place, v, scale);
         }
     }
 }

@@ -34,12 +34,34 @@ impl State {
             .sum()
     }
 
-    /// First point with an unknown or a rate that is NaN or infinite.
+    /// Points and scalars at rest at time zero.
+    pub fn with_scalars(positions: &[[f64; 3]], scalars: &[f64]) -> Self {
+        let mut state = Self::at_rest(positions);
+        state.layout.scalars = scalars.len();
+        state.q.extend_from_slice(scalars);
+        state.v.resize(state.q.len(), 0.0);
+        state
+    }
+
+    /// Place of the first unknown that is NaN or infinite or has such a rate.
     pub fn first_not_finite(&self) -> Option<(usize, &'static str)> {
         let bad = |values: &[f64]| values.iter().position(|x| !x.is_finite());
+        let name = |i: usize, of_point, of_scalar| {
+            let point = i < 3 * self.layout.points;
+            (i, if point { of_point } else { of_scalar })
+        };
         bad(&self.q)
-            .map(|i| (i / 3, "the position"))
-            .or_else(|| bad(&self.v).map(|i| (i / 3, "the velocity")))
+            .map(|i| name(i, "the position", "the arc length"))
+            .or_else(|| bad(&self.v).map(|i| name(i, "the velocity", "the sliding velocity")))
+    }
+
+    /// The point at which the unknown at a place of `q` lives, with the owners
+    /// of the scalars.
+    pub fn point_of(&self, place: usize, owners: &[u32]) -> usize {
+        match place.checked_sub(3 * self.layout.points) {
+            None => place / 3,
+            Some(s) => owners.get(s).map_or(0, |&p| p as usize),
+        }
     }
 }
 

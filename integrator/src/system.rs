@@ -1,8 +1,10 @@
 //! Newton's matrix: how it is stored, assembled and solved with.
 
+mod bordered;
 mod dual;
 mod reassembled;
 
+pub use bordered::BorderedSystem;
 pub use dual::DualSystem;
 pub use reassembled::ReassembledSystem;
 
@@ -12,6 +14,7 @@ use selvedge_linsolve::{
     BlockFilter, ExplicitOperator, Filter, LinearSolver, LinsolveError, NoFilter, Real, SolveReport,
 };
 
+use crate::assemble::MassEvaluation;
 use crate::{Ledger, Term};
 
 /// Where Newton's matrix or the forces are evaluated.
@@ -25,6 +28,10 @@ pub struct Evaluation<'a> {
     pub stiffness: f64,
     /// Mass of each point [kg].
     pub masses: &'a [f64],
+    /// Mass of each scalar [kg].
+    pub scalar_masses: &'a [f64],
+    /// Inertia that couples unknowns, in place of the masses.
+    pub mass: Option<MassEvaluation<'a>>,
 }
 
 /// The matrix `A = M + dt² (∂²E/∂q² + contact)` [kg] of one Newton iteration,
@@ -34,7 +41,13 @@ pub trait NewtonSystem: Send {
     /// Storage, precision and solver in words, for reports.
     fn name(&self) -> String;
 
-    /// Adds `−dt ∂E/∂q` [N·s] to `impulse` and writes each term's energy [J].
+    /// Whether [`Evaluation::mass`] is taken into account; a plan with such
+    /// inertia needs it.
+    fn couples_masses(&self) -> bool {
+        false
+    }
+
+    /// Adds `−dt ∂E/∂q` [N·s], and the part of inertia that couples unknowns, to `impulse` and writes each term's energy [J].
     fn add_impulse(
         &mut self,
         at: &Evaluation<'_>,

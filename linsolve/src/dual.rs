@@ -25,7 +25,7 @@ impl<T: Real> DualMatrix<T> {
         Self { stat, dynamic }
     }
 
-    fn product<const K: usize>(
+    pub(crate) fn product<const K: usize>(
         &self,
         x: &[T],
         y: &mut [T],

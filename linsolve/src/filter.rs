@@ -44,10 +44,13 @@ const INDEPENDENT: f64 = 1e-6;
 /// ```
 /// Constraints on one point accumulate in any order; the removed directions
 /// are orthonormalised, so `S_i² = S_i` to rounding also when they overlap.
-/// Each direction carries the value it prescribes. Scalar unknowns pass.
+/// Each direction carries the value it prescribes. Scalar unknowns pass unless
+/// they are fixed at zero.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct BlockFilter {
     constraints: Vec<Constraint>,
+    /// Fixed scalars by their place in the vector, ascending.
+    scalars: Vec<u32>,
 }
 
 #[derive(Debug, Clone, PartialEq)]
@@ -132,6 +135,23 @@ impl BlockFilter {
         Ok(self.constraints[at].add(n, value))
     }
 
+    /// Fixes a scalar unknown, given by its place in the vector, at zero.
+    pub fn fix_scalar(&mut self, place: u32) {
+        if let Err(at) = self.scalars.binary_search(&place) {
+            self.scalars.insert(at, place);
+        }
+    }
+
+    /// Places of the fixed scalars, ascending.
+    pub fn fixed_scalars(&self) -> &[u32] {
+        &self.scalars
+    }
+
+    /// Whether the unknown at a place of the vector is a fixed scalar.
+    pub fn is_scalar_fixed(&self, place: u32) -> bool {
+        self.scalars.binary_search(&place).is_ok()
+    }
+
     /// Constrained points, ascending.
     pub fn points(&self) -> impl ExactSizeIterator<Item = u32> + '_ {
         self.constraints.iter().map(|c| c.point)
@@ -142,9 +162,9 @@ impl BlockFilter {
         self.constraints.len()
     }
 
-    /// Whether no point is constrained.
+    /// Whether nothing is constrained.
     pub fn is_empty(&self) -> bool {
-        self.constraints.is_empty()
+        self.constraints.is_empty() && self.scalars.is_empty()
     }
 
     /// Number of removed directions of a point, 0 to 3.
@@ -198,6 +218,9 @@ impl<T: Real> Filter<T> for BlockFilter {
             for r in 0..3 {
                 v[r] = T::from_f64(s[3 * r] * w[0] + s[3 * r + 1] * w[1] + s[3 * r + 2] * w[2]);
             }
+        }
+        for &k in &self.scalars {
+            v[k as usize] = T::ZERO;
         }
     }
 

@@ -36,6 +36,7 @@
 //! # Ok::<(), selvedge_linsolve::LinsolveError>(())
 //! ```
 
+mod border;
 mod bsr;
 mod colouring;
 mod direct;
@@ -58,6 +59,7 @@ mod solver;
 mod vector;
 mod weighted;
 
+pub use border::{BorderPattern, BorderedMatrix};
 pub use bsr::Bsr;
 pub use colouring::{ChunkColouring, ColourOrder, Colouring, colour_chunks, colour_stencils};
 pub use direct::Direct;
@@ -71,7 +73,7 @@ pub use operator::{ExplicitOperator, LinearOperator};
 pub use ordering::{Permutation, reverse_cuthill_mckee};
 pub use pattern::Pattern;
 pub use preconditioner::{
-    BlockIc, BlockJacobi, Chebyshev, Diagonal, Multigrid, NoPreconditioner, Pointwise,
+    BlockIc, BlockJacobi, Chebyshev, Diagonal, Multigrid, NoPreconditioner, NodeJacobi, Pointwise,
     Preconditioner, ScalarIc,
 };
 pub use real::Real;

@@ -2,14 +2,15 @@
 
 use crate::{
     BlockIc, BlockJacobi, Chebyshev, Diagonal, Direct, LinearSolver, LinsolveError, Mpcg,
-    MpcgSettings, Multigrid, NoPreconditioner, Preconditioner, Real, ScalarIc,
+    MpcgSettings, Multigrid, NoPreconditioner, NodeJacobi, Preconditioner, Real, ScalarIc,
 };
 
 /// Valid names for [`preconditioner_by_name`].
-pub const PRECONDITIONERS: [&str; 7] = [
+pub const PRECONDITIONERS: [&str; 8] = [
     "none",
     "diagonal",
     "block-jacobi",
+    "node-jacobi",
     "ic",
     "block-ic",
     "chebyshev",
@@ -30,6 +31,7 @@ pub fn preconditioner_by_name<T: Real>(
         "none" => Box::new(NoPreconditioner),
         "diagonal" => Box::new(Diagonal::default()),
         "block-jacobi" => Box::new(BlockJacobi::default()),
+        "node-jacobi" => Box::new(NodeJacobi::default()),
         "ic" => Box::new(ScalarIc::default()),
         "block-ic" => Box::new(BlockIc::default()),
         "chebyshev" => Box::new(Chebyshev::default()),

@@ -1,6 +1,6 @@
 //! What a solver needs to know about a matrix.
 
-use crate::{BlockLayout, Bsr, Real, Sums, WeightedBlocks, vector};
+use crate::{BlockLayout, BorderPattern, Bsr, Real, Sums, WeightedBlocks, vector};
 
 /// A linear map `y = A x`.
 ///
@@ -50,6 +50,18 @@ pub trait ExplicitOperator<T: Real>: LinearOperator<T> {
     /// `row ≥ column`, in an order that depends on the pattern alone. An entry
     /// may come in several parts, to be added.
     fn visit_lower(&self, visit: &mut dyn FnMut(usize, usize, f64));
+
+    /// Where scalar unknowns couple, if there are any.
+    fn border(&self) -> Option<&BorderPattern> {
+        None
+    }
+
+    /// Coupling of a scalar with its owner; `row` receives its entries with the
+    /// scalars of the owner. Zero without a [`border`](Self::border).
+    fn own_coupling(&self, _scalar: usize, row: &mut [f64]) -> [f64; 3] {
+        row.fill(0.0);
+        [0.0; 3]
+    }
 
     /// Diagonal of the scalar unknowns.
     fn diagonal_scalars(&self, out: &mut [f64]) {

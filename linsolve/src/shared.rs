@@ -6,7 +6,8 @@ use crate::Real;
 ///
 /// Two ways to add, to be chosen by who else writes at that moment:
 ///
-/// * [`add_block`](Self::add_block), [`add_point`](Self::add_point): the caller
+/// * [`add_block`](Self::add_block), [`add_point`](Self::add_point),
+///   [`add_value`](Self::add_value): the caller
 ///   guarantees that no other thread adds to the same slot (stencils of one
 ///   colour, see [`colour_chunks`](crate::colour_chunks)). A relaxed load, an
 ///   addition, a relaxed store: the instructions of a plain `+=`.
@@ -40,7 +41,7 @@ impl<'a, T: Real> SharedValues<'a, T> {
     /// Adds `scale · block` (given as rows) to a slot of a [`Bsr`](crate::Bsr).
     ///
     /// # Panics
-    /// If the slot does not exist; so do the other three.
+    /// If the slot does not exist; so do the others.
     #[inline]
     pub fn add_block(&self, slot: usize, block: &[[f64; 3]; 3], scale: f64) {
         let slots = &self.slots[9 * slot..9 * slot + 9];
@@ -69,6 +70,18 @@ impl<'a, T: Real> SharedValues<'a, T> {
         for k in 0..3 {
             T::add_exclusive(&slots[k], T::from_f64(scale * v[k]));
         }
+    }
+
+    /// Adds `scale · v` to a single entry.
+    #[inline]
+    pub fn add_value(&self, place: usize, v: f64, scale: f64) {
+        T::add_exclusive(&self.slots[place], T::from_f64(scale * v));
+    }
+
+    /// [`add_value`](Self::add_value) without the guarantee.
+    #[inline]
+    pub fn add_value_atomic(&self, place: usize, v: f64, scale: f64) {
+        T::add_contended(&self.slots[place], T::from_f64(scale * v));
     }
 
     /// [`add_point`](Self::add_point) without the guarantee.

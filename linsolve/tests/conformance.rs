@@ -58,39 +58,19 @@ fn cg<T: Real>(preconditioner: Box<dyn Preconditioner<T>>, tolerance: f64) -> Mp
 }
 
 #[rstest]
-fn cg_double(
-    #[values(
-        "none",
-        "diagonal",
-        "block-jacobi",
-        "ic",
-        "block-ic",
-        "chebyshev",
-        "multigrid"
-    )]
-    name: &str,
-    #[values(0, 60)] contacts: usize,
-) {
-    let p = preconditioner_by_name(name).expect("valid name");
-    solve_and_compare::<f64>(&mut cg(p, 1e-12), contacts, 1e-8, 1.1e-12);
+fn cg_double(#[values(0, 60)] contacts: usize) {
+    for name in PRECONDITIONERS {
+        let p = preconditioner_by_name(name).expect("valid name");
+        solve_and_compare::<f64>(&mut cg(p, 1e-12), contacts, 1e-8, 1.1e-12);
+    }
 }
 
 #[rstest]
-fn cg_single(
-    #[values(
-        "none",
-        "diagonal",
-        "block-jacobi",
-        "ic",
-        "block-ic",
-        "chebyshev",
-        "multigrid"
-    )]
-    name: &str,
-    #[values(0, 60)] contacts: usize,
-) {
-    let p = preconditioner_by_name(name).expect("valid name");
-    solve_and_compare::<f32>(&mut cg(p, 1e-5), contacts, 2e-3, 1.1e-5);
+fn cg_single(#[values(0, 60)] contacts: usize) {
+    for name in PRECONDITIONERS {
+        let p = preconditioner_by_name(name).expect("valid name");
+        solve_and_compare::<f32>(&mut cg(p, 1e-5), contacts, 2e-3, 1.1e-5);
+    }
 }
 
 #[rstest]
@@ -106,26 +86,16 @@ fn direct_on_single(#[values(0, 60)] contacts: usize) {
 }
 
 #[rstest]
-fn refined(
-    #[values(
-        "none",
-        "diagonal",
-        "block-jacobi",
-        "ic",
-        "block-ic",
-        "chebyshev",
-        "multigrid"
-    )]
-    name: &str,
-    #[values(0, 60)] contacts: usize,
-) {
-    let settings = MpcgSettings {
-        tolerance: 1e-11,
-        max_iterations: 5000,
-        ..MpcgSettings::default()
-    };
-    let mut solver = solver_by_name::<f64>("refined", name, settings).expect("valid name");
-    solve_and_compare::<f64>(&mut *solver, contacts, 1e-7, 1e-11);
+fn refined(#[values(0, 60)] contacts: usize) {
+    for name in PRECONDITIONERS {
+        let settings = MpcgSettings {
+            tolerance: 1e-11,
+            max_iterations: 5000,
+            ..MpcgSettings::default()
+        };
+        let mut solver = solver_by_name::<f64>("refined", name, settings).expect("valid name");
+        solve_and_compare::<f64>(&mut *solver, contacts, 1e-7, 1e-11);
+    }
 }
 
 /// Symbolic work is reused while the pattern stays, and redone when contacts

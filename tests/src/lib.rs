@@ -148,10 +148,12 @@ impl Setup {
         });
         let plan = ScenePlan {
             layout: DofLayout::points(points),
+            owners: Vec::new(),
             inertia: Inertia {
                 weightless: Vec::new(),
                 masses,
                 gravity: self.gravity,
+                ..Inertia::default()
             },
             terms,
             contacts: self.contacts,

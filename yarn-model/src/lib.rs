@@ -6,6 +6,8 @@
 //! arc length for every *strand*, a yarn's passage through a node
 //! [Cirio2014, Cirio2017].
 
+pub mod chart;
+mod compose;
 mod contact;
 mod damping;
 mod error;

@@ -186,6 +186,9 @@ impl Columns {
         for (i, s) in filter.iter() {
             projectors[i] = Some(s);
         }
+        for &place in filter.fixed_scalars() {
+            projectors[place as usize - 2 * self.layout.points] = Some(&[0.0; 9]);
+        }
         for j in 0..projectors.len() {
             let (first, width) = extent(self.layout, j);
             let mut offset = 0; // of the block below the first row of the node

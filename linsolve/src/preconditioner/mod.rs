@@ -5,6 +5,7 @@ mod block_jacobi;
 mod chebyshev;
 mod diagonal;
 mod multigrid;
+mod node_jacobi;
 mod scalar_ic;
 mod triangular;
 
@@ -13,6 +14,7 @@ pub use block_jacobi::BlockJacobi;
 pub use chebyshev::Chebyshev;
 pub use diagonal::{Diagonal, NoPreconditioner};
 pub use multigrid::Multigrid;
+pub use node_jacobi::NodeJacobi;
 pub use scalar_ic::ScalarIc;
 
 use crate::{ExplicitOperator, Filter, LinearOperator, LinsolveError, Real, small};
@@ -95,6 +97,9 @@ pub(crate) fn filtered_diagonal<T: Real>(
     if let Some(filter) = filter.as_blocks() {
         for (i, s) in filter.iter() {
             blocks[i] = small::filtered_diagonal(&blocks[i], s, mean);
+        }
+        for &k in filter.fixed_scalars() {
+            scalars[k as usize - 3 * layout.points] = mean;
         }
     }
     Ok(mean)

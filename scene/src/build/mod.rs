@@ -277,10 +277,12 @@ impl BuiltScene {
         let system = system::system(scene, &terms, &masses).map_err(|e| refuse(e.to_string()))?;
         let plan = ScenePlan {
             layout: DofLayout::points(masses.len()),
+            owners: Vec::new(),
             inertia: Inertia {
                 masses,
                 gravity: stage.gravity,
                 weightless,
+                ..Inertia::default()
             },
             terms,
             contacts,

@@ -1,11 +1,17 @@
 //! Evaluation of terms in chunks, and the scatter of their derivatives.
 
+mod mixed;
+
+pub use mixed::MassEvaluation;
+pub(crate) use mixed::{Patterns, Values};
+
 use std::cell::RefCell;
 use std::ops::Range;
 use std::time::Instant;
 
+use mixed::{MixedWork, Stencils, add_local, touched};
 use rayon::prelude::*;
-use selvedge_energy::{Curvature, EnergyBatch, EvalPoint};
+use selvedge_energy::{Curvature, EnergyBatch, EvalPoint, MassBatch};
 use selvedge_linsolve::{ChunkColouring, Pattern, Real, colour_chunks};
 
 use crate::sink::{Plain, Shared, Sink};
@@ -51,6 +57,21 @@ impl AssemblyOptions {
     fn shared<'a, T: Real>(&self, values: &'a mut [T]) -> Shared<'a, T> {
         Shared::new(values, self.scatter == Scatter::Atomics)
     }
+
+    fn shared_matrix<'a, T: Real>(&self, values: Values<'a, T>) -> [Shared<'a, T>; 3] {
+        [values.blocks, values.coupling, values.scalars].map(|v| self.shared(v))
+    }
+
+    fn validate(&self) -> Result<(), PlanError> {
+        if self.chunk == 0 {
+            return Err(PlanError::Setting {
+                name: "chunk",
+                value: 0.0,
+                allowed: "at least 1",
+            });
+        }
+        Ok(())
+    }
 }
 
 /// Stencils evaluated by one virtual call: their local matrices stay in the
@@ -82,6 +103,8 @@ struct Schedule {
 pub(crate) struct Assembler {
     options: AssemblyOptions,
     schedules: Vec<Schedule>,
+    /// Inertia that couples unknowns.
+    mass: Option<Schedule>,
 }
 
 impl Assembler {
@@ -92,13 +115,7 @@ impl Assembler {
         pattern: Option<&Pattern>,
         options: AssemblyOptions,
     ) -> Result<Self, PlanError> {
-        if options.chunk == 0 {
-            return Err(PlanError::Setting {
-                name: "chunk",
-                value: 0.0,
-                allowed: "at least 1",
-            });
-        }
+        options.validate()?;
         let mut schedules = Vec::with_capacity(terms.len());
         for term in terms {
             let batch = term.batch.as_ref();
@@ -108,20 +125,145 @@ impl Assembler {
                 });
             }
             let stencils = (0..batch.len()).map(|e| batch.nodes(e));
-            let mut colouring = colour_chunks(points, stencils, options.chunk);
-            if options.scatter == Scatter::Atomics {
-                let all = (0..colouring.chunks.len() as u32).collect();
-                colouring.colours = vec![all];
-            }
             let slots = pattern.map(|p| slots(batch, p)).unwrap_or_default();
-            let values = vec![0.0; colouring.chunks.len()];
-            schedules.push(Schedule {
-                colouring,
-                slots,
-                values,
-            });
+            schedules.push(Schedule::new(points, stencils, slots, options));
         }
-        Ok(Self { options, schedules })
+        Ok(Self {
+            options,
+            schedules,
+            mass: None,
+        })
+    }
+
+    /// For terms of points and scalars, and inertia that couples unknowns.
+    pub(crate) fn mixed(
+        terms: &[Term],
+        mass: Option<&dyn MassBatch>,
+        patterns: Patterns<'_>,
+        options: AssemblyOptions,
+    ) -> Result<Self, PlanError> {
+        options.validate()?;
+        let schedule = |stencils: &dyn Fn() -> (Vec<u32>, usize, Vec<u32>)| {
+            let (touched, width, slots) = stencils();
+            let groups = touched.chunks_exact(width.max(1));
+            Schedule::new(patterns.points.points(), groups, slots, options)
+        };
+        let owners = patterns.border.owners();
+        let of = |s: &dyn EnergyBatch| {
+            schedule(&|| {
+                (
+                    touched(&s, owners),
+                    s.dims().len(),
+                    mixed::slots(&s, patterns),
+                )
+            })
+        };
+        Ok(Self {
+            options,
+            schedules: terms.iter().map(|t| of(t.batch.as_ref())).collect(),
+            mass: mass.map(|s| {
+                schedule(&|| {
+                    (
+                        touched(&s, owners),
+                        s.dims().len(),
+                        mixed::slots(&s, patterns),
+                    )
+                })
+            }),
+        })
+    }
+
+    /// Adds the inertia's part of the residual to `impulse`, and its matrix;
+    /// returns the kinetic energy at the start of the step [J].
+    pub(crate) fn add_mass<T: Real>(
+        &mut self,
+        mass: &MassEvaluation<'_>,
+        impulse: &mut [f64],
+        values: Option<Values<'_, T>>,
+        ledger: &mut Ledger,
+    ) -> f64 {
+        let Some(schedule) = &mut self.mass else {
+            return 0.0;
+        };
+        let start = Instant::now();
+        let slots = std::mem::take(&mut schedule.slots);
+        let stage = match values {
+            None => {
+                let out = self.options.shared(impulse);
+                schedule.run(|range, scratch| {
+                    let none = None::<&mut [Plain<'_, T>; 3]>;
+                    mass.run(&slots, range, scratch, &mut out.clone(), none)
+                });
+                "forces: inertia"
+            }
+            Some(v) if self.options.alone() => {
+                let mut out = Plain(&mut *impulse);
+                let mut matrix = [Plain(v.blocks), Plain(v.coupling), Plain(v.scalars)];
+                schedule.run_alone(|range, scratch| {
+                    mass.run(&slots, range, scratch, &mut out, Some(&mut matrix))
+                });
+                "assembly: inertia"
+            }
+            Some(v) => {
+                let out = self.options.shared(impulse);
+                let matrix = self.options.shared_matrix(v);
+                schedule.run(|range, scratch| {
+                    let matrix = &mut matrix.clone();
+                    mass.run(&slots, range, scratch, &mut out.clone(), Some(matrix))
+                });
+                "assembly: inertia"
+            }
+        };
+        schedule.slots = slots;
+        ledger.book(stage, start.elapsed());
+        schedule.sum()
+    }
+
+    /// As [`add_matrix`](Self::add_matrix) for terms of points and scalars.
+    #[allow(clippy::too_many_arguments)]
+    pub(crate) fn add_mixed<T: Real>(
+        &mut self,
+        terms: &[Term],
+        at: &EvalPoint<'_>,
+        curvature: Curvature,
+        stiffness: f64,
+        values: Values<'_, T>,
+        impulse: &mut [f64],
+        energies: &mut [f64],
+        ledger: &mut Ledger,
+    ) {
+        for ((term, schedule), energy) in terms.iter().zip(&mut self.schedules).zip(energies) {
+            let start = Instant::now();
+            let factor = if term.relaxed { stiffness } else { 1.0 };
+            let slots = std::mem::take(&mut schedule.slots);
+            let work = MixedWork {
+                batch: term.batch.as_ref(),
+                at,
+                curvature,
+                factor,
+                slots: &slots,
+            };
+            let v = Values {
+                blocks: &mut *values.blocks,
+                coupling: &mut *values.coupling,
+                scalars: &mut *values.scalars,
+            };
+            if self.options.alone() {
+                let mut out = Plain(&mut *impulse);
+                let mut matrix = [Plain(v.blocks), Plain(v.coupling), Plain(v.scalars)];
+                schedule
+                    .run_alone(|range, scratch| work.run(range, scratch, &mut out, &mut matrix));
+            } else {
+                let out = self.options.shared(impulse);
+                let matrix = self.options.shared_matrix(v);
+                schedule.run(|range, scratch| {
+                    work.run(range, scratch, &mut out.clone(), &mut matrix.clone())
+                });
+            }
+            schedule.slots = slots;
+            *energy = factor * schedule.sum();
+            ledger.time_term("assembly", term.batch.name(), start.elapsed());
+        }
     }
 
     /// Adds `−dt · factor · gradient` of every term to `impulse` and writes
@@ -202,6 +344,7 @@ impl Assembler {
     pub(crate) fn heap_bytes(&self) -> usize {
         self.schedules
             .iter()
+            .chain(&self.mass)
             .map(|s| {
                 size_of_val(s.slots.as_slice())
                     + s.colouring.chunks.len() * (size_of::<Range<u32>>() + 4 + 8)
@@ -211,6 +354,25 @@ impl Assembler {
 }
 
 impl Schedule {
+    fn new<'a>(
+        points: usize,
+        stencils: impl IntoIterator<Item = &'a [u32]>,
+        slots: Vec<u32>,
+        options: AssemblyOptions,
+    ) -> Self {
+        let mut colouring = colour_chunks(points, stencils, options.chunk);
+        if options.scatter == Scatter::Atomics {
+            let all = (0..colouring.chunks.len() as u32).collect();
+            colouring.colours = vec![all];
+        }
+        let values = vec![0.0; colouring.chunks.len()];
+        Self {
+            colouring,
+            slots,
+            values,
+        }
+    }
+
     /// Runs `work` on every chunk, colour by colour, and keeps what it returns.
     fn run(&mut self, work: impl Fn(Range<usize>, &mut [Vec<f64>; 2]) -> f64 + Sync) {
         let chunks = &self.colouring.chunks;
@@ -301,6 +463,10 @@ impl ForceWork<'_> {
 
     fn scatter(&self, block: Range<usize>, gradients: &[f64], out: &mut impl Sink<f64>) {
         let scale = -self.at.dt * self.factor;
+        if self.batch.node_dims().iter().any(|d| *d != 3) {
+            let points = self.at.layout.points;
+            return add_local(&self.batch, points, block, gradients, scale, out);
+        }
         let mut gradients = gradients.as_chunks::<3>().0.iter();
         for e in block {
             for (&node, g) in self.batch.nodes(e).iter().zip(&mut gradients) {
