@@ -9,6 +9,7 @@
 pub mod chart;
 mod compose;
 mod contact;
+mod damping;
 mod error;
 mod force;
 pub mod knit;
@@ -17,7 +18,11 @@ mod network;
 mod vec3;
 mod weave;
 
-pub use contact::{StackRule, stack_compression};
+pub use contact::{
+    Compression, FrictionSettings, SlidingFriction, StackRule, StickRule, plane_normal,
+    stack_compression,
+};
+pub use damping::RayleighDamping;
 pub use error::YarnError;
 pub use force::{
     CROSSED, InertiaForce, JAM_ANGLE, JAM_WIDTH, JammingBending, Locked, LockedBending,

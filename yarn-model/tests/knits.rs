@@ -451,8 +451,11 @@ fn cells() {
 #[test]
 fn refused() {
     let chart = built_in("garter", 3, 1);
-    let mut options = KnitOptions::default();
-    options.template = LoopTemplate::flat(4e-3, 0.0, 1.0, 1e-3);
+    let with = |template| KnitOptions {
+        template,
+        ..KnitOptions::default()
+    };
+    let options = with(LoopTemplate::flat(4e-3, 0.0, 1.0, 1e-3));
     let error = knitted(&chart, &options).unwrap_err();
     assert!(
         matches!(
@@ -464,7 +467,7 @@ fn refused() {
         ),
         "{error}"
     );
-    options.template = LoopTemplate::flat(4e-3, 3e-3, f64::NAN, 1e-3);
+    let options = with(LoopTemplate::flat(4e-3, 3e-3, f64::NAN, 1e-3));
     assert!(knitted(&chart, &options).is_err());
     let mut options = KnitOptions::default();
     options.material.radius = -1.0;

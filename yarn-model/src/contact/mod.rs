@@ -1,8 +1,14 @@
 //! Persistent contacts between yarns: how hard they press, and their friction.
 
+mod compression;
+mod friction;
+mod normal;
+mod spring;
 mod stack;
+mod wraps;
 
+pub use compression::Compression;
+pub use friction::{FrictionSettings, SlidingFriction};
+pub use normal::plane_normal;
+pub use spring::StickRule;
 pub use stack::{StackRule, stack_compression};
-
-/// Vectors of the kernels.
-type V = nalgebra::Vector3<f64>;

@@ -1,4 +1,4 @@
-use super::V;
+use crate::vec3::V;
 
 /// How the compression of a stack of yarns is computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -219,9 +219,12 @@ impl Tridiagonal<'_> {
                 // How far the old solution can go to the new one.
                 let (mut reach, mut first) = (1.0, m);
                 for i in (0..m).filter(|i| free[*i] && trial[*i] <= 0.0) {
-                    let share = lambda[i] / (lambda[i] - trial[i]);
-                    if !(share >= reach) {
-                        (reach, first) = (if share > 0.0 { share } else { 0.0 }, i);
+                    let share = match lambda[i] > 0.0 {
+                        true => lambda[i] / (lambda[i] - trial[i]),
+                        false => 0.0,
+                    };
+                    if share < reach {
+                        (reach, first) = (share, i);
                     }
                 }
                 if first == m {

@@ -1,0 +1,147 @@
+use selvedge_energy::{Batch, EnergyBatch, EvalPoint, StencilEnergy};
+use selvedge_yarn_model::{
+    Compression, Draft, FrictionSettings, JammingBending, PlainBending, SlidingFriction, StackRule,
+    StitchWrapping, Woven, YarnStretch,
+};
+
+use crate::common::{at, double_stitch, state, yarn};
+
+/// In a plain weave of yarns without bending, stretched by `ε`, the compression
+/// is `4 R T/l`: both yarns bend by `2 R` over every spacing.
+#[test]
+fn compression_of_a_stretched_plain_weave() {
+    let mut material = yarn();
+    material.bending_modulus = 0.0;
+    let (radius, k_s) = (material.radius, material.stretch_stiffness());
+    let network = Woven::new([6, 6], [4e-3; 2], material)
+        .build(&Draft::named("plain").unwrap())
+        .unwrap();
+    let mut friction = SlidingFriction::new(&network, FrictionSettings::default()).unwrap();
+    let mut q = state(&network);
+    for x in &mut q[..3 * network.nodes()] {
+        *x *= 1.01;
+    }
+    let at = at(&network, &q, &q);
+    friction.begin_step(&at);
+    let l = ((1.01 * 4e-3_f64).powi(2) + 4.0 * radius * radius).sqrt();
+    let expected = 4.0 * radius * k_s * (1.0 / 4e-3 - 1.0 / l);
+    let lambda = friction.compression().unwrap().lambda();
+    // Crossings come first, one interface each; the ring around is at the rim.
+    for j in 1..5 {
+        for i in 1..5 {
+            let found = lambda[6 * j + i];
+            assert!(
+                (found - expected).abs() < 1e-12 * expected,
+                "{found} {expected}"
+            );
+        }
+    }
+    for (limit, lambda) in friction.limits().iter().zip(lambda) {
+        assert!((limit - 0.3 * lambda).abs() < 1e-16);
+    }
+}
+
+/// Compressions and their normals turn with the cloth, upside down too; and
+/// they point from front to back.
+#[test]
+fn compression_turns_with_the_cloth() {
+    for name in Draft::NAMES {
+        let network = Woven::new([8, 8], [2e-3; 2], yarn())
+            .build(&Draft::named(name).unwrap())
+            .unwrap();
+        let mut friction = SlidingFriction::new(&network, FrictionSettings::default()).unwrap();
+        let mut q = state(&network);
+        let points = 3 * network.nodes();
+        for (k, x) in q[..points].iter_mut().enumerate() {
+            *x *= 1.05;
+            if k % 3 == 2 {
+                *x += 2e-4 * (k as f64).sin();
+            }
+        }
+        friction.begin_step(&at(&network, &q, &q));
+        let before = friction.compression().unwrap().clone();
+        for n in before.normals() {
+            assert!(n[2] < -0.9, "{n:?}");
+        }
+        assert!(before.lambda().iter().any(|l| *l > 1e-3));
+        for p in q[..points].as_chunks_mut::<3>().0 {
+            *p = [p[2], -p[1], p[0]];
+        }
+        friction.begin_step(&at(&network, &q, &q));
+        let after = friction.compression().unwrap();
+        for (a, b) in before.normals().zip(after.normals()) {
+            let turned = [a[2], -a[1], a[0]];
+            assert!(
+                (0..3).all(|k| (turned[k] - b[k]).abs() < 1e-12),
+                "{a:?} {b:?}"
+            );
+        }
+        for (a, b) in before.lambda().iter().zip(after.lambda()) {
+            assert!((a - b).abs() < 1e-10, "{a} {b}");
+        }
+    }
+}
+
+/// Without offsets, the forces on the strands of every node add up to what the
+/// energies give.
+#[test]
+fn forces_are_those_of_the_energies() {
+    let woven = Woven::new([4, 5], [2e-3; 2], yarn())
+        .build(&Draft::named("twill-2-2").unwrap())
+        .unwrap();
+    for network in [woven, double_stitch(yarn())] {
+        let mut q = state(&network);
+        let points = 3 * network.nodes();
+        for (k, x) in q.iter_mut().enumerate() {
+            *x += if k < points { 2e-4 } else { 5e-5 } * (7.0 * k as f64).sin();
+        }
+        let mut compression = Compression::new(&network, StackRule::Exact, 0.0);
+        let normals: Vec<f64> = compression.normals().flatten().collect();
+        let (x, arcs) = q.split_at(points);
+        compression.update(x, arcs, &normals);
+        let mut found = vec![0.0; points];
+        for (s, strand) in network.strands.iter().enumerate() {
+            let force = compression.force(s as u32);
+            for k in 0..3 {
+                found[3 * strand.node as usize + k] += force[k];
+            }
+        }
+        let at = at(&network, &q, &q);
+        let mut expected = vec![0.0; points];
+        let stretch = Batch::<_, 4, 8>::new("stretch", YarnStretch::new(&network));
+        add_forces(&stretch, &at, &mut expected);
+        if network.stitches.is_empty() {
+            let bending = Batch::<_, 5, 11>::new("bending", PlainBending::new(&network));
+            add_forces(&bending, &at, &mut expected);
+        } else {
+            let bending = Batch::<_, 5, 11>::new("bending", JammingBending::new(&network));
+            add_forces(&bending, &at, &mut expected);
+            let before = expected.clone();
+            let wrapping = Batch::<_, 4, 12>::new("wrapping", StitchWrapping::new(&network));
+            assert_eq!(wrapping.len(), 4);
+            add_forces(&wrapping, &at, &mut expected);
+            let added = before.iter().zip(&expected).map(|(a, b)| (a - b).abs());
+            assert!(added.fold(0.0, f64::max) > 1e-3);
+        }
+        let largest = expected.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        for (f, e) in found.iter().zip(&expected) {
+            assert!((f - e).abs() < 1e-12 * largest, "{f} {e} {largest}");
+        }
+    }
+}
+
+fn add_forces(batch: &dyn EnergyBatch, at: &EvalPoint<'_>, forces: &mut [f64]) {
+    let mut g = vec![0.0; batch.local_dim()];
+    for e in 0..batch.len() {
+        batch.gradients(at, e..e + 1, &mut g);
+        let mut from = 0;
+        for (node, dim) in batch.nodes(e).iter().zip(batch.node_dims()) {
+            if *dim == 3 {
+                for k in 0..3 {
+                    forces[3 * *node as usize + k] -= g[from + k];
+                }
+            }
+            from += dim;
+        }
+    }
+}

@@ -1,0 +1,51 @@
+//! Planes through points.
+
+use nalgebra::{DMatrix, Vector3};
+use proptest::prelude::*;
+use selvedge_yarn_model::plane_normal;
+
+#[test]
+fn planes_lines_and_points() {
+    let square = [
+        [0.0, 0.0, 1.0],
+        [1.0, 0.0, 1.0],
+        [1.0, 1.0, 1.0],
+        [0.0, 1.0, 1.0],
+    ];
+    let n = plane_normal(&square).unwrap();
+    assert_eq!(n.map(f64::abs), [0.0, 0.0, 1.0]);
+    let line: Vec<_> = (0..5)
+        .map(|k| [k as f64, 2.0 * k as f64, -0.3 * k as f64])
+        .collect();
+    assert_eq!(plane_normal(&line), None);
+    assert_eq!(plane_normal(&[[1.0; 3]; 5]), None);
+    assert_eq!(plane_normal(&[[f64::NAN; 3]; 5]), None);
+    assert_eq!(plane_normal(&[]), None);
+    // Millimetres far from the origin.
+    let far = square.map(|p| p.map(|x| 1e-3 * x + 10.0));
+    let n = plane_normal(&far).unwrap();
+    assert!((n[2].abs() - 1.0).abs() < 1e-9);
+}
+
+proptest! {
+    /// Against the singular vectors of an established library.
+    #[test]
+    fn least_singular_vector(
+        points in prop::collection::vec([-1.0..1.0, -1.0..1.0, -0.5..0.5_f64], 4..8),
+        scale in -4.0..3.0_f64,
+    ) {
+        let scale = 10.0_f64.powf(scale);
+        let points: Vec<_> = points.iter().map(|p| p.map(|x| scale * x)).collect();
+        let mean = points.iter().map(|p| Vector3::from(*p)).sum::<Vector3<f64>>()
+            / points.len() as f64;
+        let rows = DMatrix::from_fn(points.len(), 3, |i, j| points[i][j] - mean[j]);
+        let svd = rows.svd(false, true);
+        let v = svd.v_t.unwrap();
+        let sigma = svd.singular_values;
+        prop_assume!(sigma[1] - sigma[2] > 1e-2 * sigma[0]);
+        let n = Vector3::from(plane_normal(&points).unwrap());
+        let expected = v.row(2).transpose();
+        prop_assert!((n.norm() - 1.0).abs() < 1e-14);
+        prop_assert!(n.cross(&expected).norm() < 1e-10, "{n} {expected} {sigma}");
+    }
+}
