@@ -1,12 +1,13 @@
 use selvedge_collision::StepStart;
 use selvedge_energy::{Curvature, EvalPoint, RatePoint};
-use selvedge_linsolve::{Filter, LinsolveError, SolveReport, SolveStatus};
+use selvedge_linsolve::{Filter, LinsolveError, SolveReport, SolveStatus, dot};
 
 use crate::contact::Contacts;
 use crate::norm::{residual_norm, worst_point};
 use crate::{
-    CurvaturePolicy, Evaluation, Inertia, Integrator, Ledger, MassEvaluation, NewtonSettings, Pins,
-    PlanError, ResidualNorm, ScenePlan, State, StepError, StepReport, StepRequest, TermEnergy,
+    CurvaturePolicy, Evaluation, Inertia, Integrator, Ledger, LineSearch, MassEvaluation,
+    NewtonSettings, Pins, PlanError, ResidualNorm, ScenePlan, Scheme, State, StepError, StepReport,
+    StepRequest, TermEnergy,
 };
 
 /// Backward Euler by Newton's method in velocities with a backtracking line
@@ -88,6 +89,9 @@ impl BackwardEuler {
         let mut report = StepReport::default();
         let mut residual = f64::NAN;
         self.before = None;
+        if self.settings.scheme == Scheme::Linearised {
+            return self.linearised(plan, state, request, ledger);
+        }
         for iteration in 0..self.settings.iterations {
             report.newton_iterations += 1;
             let end = self.iterate(
@@ -121,6 +125,82 @@ impl BackwardEuler {
             residual,
             tolerance: self.settings.tolerance,
         })
+    }
+
+    /// One solve at the state where the step starts; a step whose end has no
+    /// finite forces is refused.
+    fn linearised(
+        &mut self,
+        plan: &mut ScenePlan,
+        state: &State,
+        request: StepRequest,
+        ledger: &mut Ledger,
+    ) -> Result<StepReport, StepError> {
+        let mut report = StepReport {
+            newton_iterations: 1,
+            ..StepReport::default()
+        };
+        self.assemble(plan, state, request, Curvature::Projected, ledger)?;
+        let solve = self.solve(plan, ledger)?;
+        report.linear_iterations = solve.iterations;
+        if solve.status == SolveStatus::NegativeCurvature {
+            report.negative_curvature = 1;
+        }
+        let whole = Some((self.dv.as_slice(), 1.0));
+        extrapolate(&state.q, &self.v, whole, request.dt, &mut self.q);
+        for (v, dv) in self.v.iter_mut().zip(&self.dv) {
+            *v += dv;
+        }
+        report.residual = self.residual(plan, state, request, ledger)?;
+        if !report.residual.is_finite() {
+            let at = end_point(state, &self.q, request.dt);
+            return Err(not_finite(plan, state, &at, &self.b_try));
+        }
+        Ok(report)
+    }
+
+    /// Residual at the iterate, into `b_try`.
+    fn residual(
+        &mut self,
+        plan: &mut ScenePlan,
+        state: &State,
+        request: StepRequest,
+        ledger: &mut Ledger,
+    ) -> Result<f64, StepError> {
+        let v = std::mem::take(&mut self.v);
+        let tried = self.residual_along(plan, state, request, (&v, None), ledger);
+        self.v = v;
+        tried
+    }
+
+    /// Residual at the end of a step with velocities `v + factor dv`, into
+    /// `b_try`; unknowns there are in `q`.
+    fn residual_along(
+        &mut self,
+        plan: &mut ScenePlan,
+        state: &State,
+        request: StepRequest,
+        velocities: (&[f64], Option<(&[f64], f64)>),
+        ledger: &mut Ledger,
+    ) -> Result<f64, StepError> {
+        let at = end_point(state, &self.q, request.dt);
+        let (out, change) = (&mut self.b_try, &mut self.change);
+        inertial_impulse(plan, state, velocities, request.dt, out, change);
+        self.contact_energy =
+            self.contacts
+                .add_impulse(&mut plan.contacts, &at, false, &mut self.b_try, ledger)?;
+        let evaluation = Evaluation {
+            terms: &plan.terms,
+            at,
+            stiffness: request.stiffness,
+            masses: &plan.inertia.masses,
+            scalar_masses: &plan.inertia.scalar_masses,
+            mass: mass_evaluation(&plan.inertia, state, &self.change, request.dt),
+        };
+        plan.system
+            .add_impulse(&evaluation, &mut self.b_try, &mut self.energies, ledger);
+        project(&plan.pins, &mut self.b_try);
+        Ok(norm_of(self.settings.norm, &self.b_try, plan))
     }
 
     /// Whether every single point is solved for, where that is asked for.
@@ -261,34 +341,24 @@ impl BackwardEuler {
         report: &mut StepReport,
         ledger: &mut Ledger,
     ) -> Result<Option<f64>, StepError> {
+        let goal = self.settings.tolerance;
+        let work = match self.settings.line_search {
+            LineSearch::Residual => None,
+            LineSearch::Work => Some(dot(&self.b, &self.dv)),
+        };
         let mut factor = 1.0;
         for _ in 0..self.settings.line_search_tries {
-            let along = Some((self.dv.as_slice(), factor));
-            extrapolate(&state.q, &self.v, along, request.dt, &mut self.q);
-            let at = end_point(state, &self.q, request.dt);
-            let (out, change) = (&mut self.b_try, &mut self.change);
-            inertial_impulse(plan, state, (&self.v, along), request.dt, out, change);
-            self.contact_energy = self.contacts.add_impulse(
-                &mut plan.contacts,
-                &at,
-                false,
-                &mut self.b_try,
-                ledger,
-            )?;
-            let evaluation = Evaluation {
-                terms: &plan.terms,
-                at,
-                stiffness: request.stiffness,
-                masses: &plan.inertia.masses,
-                scalar_masses: &plan.inertia.scalar_masses,
-                mass: mass_evaluation(&plan.inertia, state, &self.change, request.dt),
+            let (v, dv) = (std::mem::take(&mut self.v), std::mem::take(&mut self.dv));
+            let along = Some((dv.as_slice(), factor));
+            extrapolate(&state.q, &v, along, request.dt, &mut self.q);
+            let tried = self.residual_along(plan, state, request, (&v, along), ledger);
+            (self.v, self.dv) = (v, dv);
+            let tried = tried?;
+            let reduced = match work {
+                None => tried < residual,
+                Some(work) => dot(&self.b_try, &self.dv) >= -0.9 * work,
             };
-            plan.system
-                .add_impulse(&evaluation, &mut self.b_try, &mut self.energies, ledger);
-            project(&plan.pins, &mut self.b_try);
-            let tried = norm_of(self.settings.norm, &self.b_try, plan);
-            let accepted = tried < residual || tried < self.settings.tolerance;
-            if tried.is_finite() && accepted {
+            if tried.is_finite() && (reduced || tried < goal) {
                 for (v, dv) in self.v.iter_mut().zip(&self.dv) {
                     *v += factor * dv;
                 }
@@ -363,7 +433,10 @@ impl BackwardEuler {
 
 impl Integrator for BackwardEuler {
     fn name(&self) -> &str {
-        "backward-euler"
+        match self.settings.scheme {
+            Scheme::Newton => "backward-euler",
+            Scheme::Linearised => "linearised-euler",
+        }
     }
 
     fn step(
@@ -378,7 +451,10 @@ impl Integrator for BackwardEuler {
             let point = state.point_of(place, &plan.owners);
             return Err(not_finite_at(state, point, what, None));
         }
-        self.v.copy_from_slice(&state.v);
+        match self.settings.scheme {
+            Scheme::Newton => self.v.copy_from_slice(&state.v),
+            Scheme::Linearised => self.v.fill(0.0),
+        }
         let time_end = state.time + request.dt;
         if let Some(pins) = &plan.pins {
             prescribe(pins, &state.q, time_end, request.dt, &mut self.v);

@@ -29,8 +29,8 @@ pub use euler::BackwardEuler;
 pub use ledger::{Ledger, LedgerEntry};
 pub use plan::{Fixed, Inertia, Pins, ScenePlan, Term, Trajectory};
 pub use settings::{
-    ControlSettings, CurvaturePolicy, Forcing, NewtonSettings, RelaxationSettings, ResidualNorm,
-    Settings, StopSettings,
+    ControlSettings, CurvaturePolicy, Forcing, LineSearch, NewtonSettings, RelaxationSettings,
+    ResidualNorm, Scheme, Settings, StopSettings,
 };
 pub use simulation::{Counters, EndReason, Outcome, Simulation};
 pub use state::{Snapshot, State};

@@ -73,6 +73,39 @@ impl Forcing {
     }
 }
 
+/// What a try of the line search has to bring.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LineSearch {
+    /// A smaller residual [Pizana2025, Alg. 1].
+    #[default]
+    Residual,
+    /// Less of the potential whose stationary point the step is, by the work of
+    /// the residual along the direction, the trapezoid rule between both ends:
+    ///
+    /// ```text
+    /// b(v + s Δv)·Δv ≥ −0.9 b(v)·Δv
+    /// ```
+    /// A direction from a positive definite matrix leads down that potential
+    /// even where the matrix lacks a large part of the curvature and the
+    /// residual has to grow first.
+    Work,
+}
+
+/// How many linear systems a step takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Scheme {
+    /// As many as Newton's method needs to reach the tolerance.
+    #[default]
+    Newton,
+    /// One, at the state where the step starts [BaraffWitkin1998]:
+    ///
+    /// ```text
+    /// (M + h² K) v = M v_0 + h F(x_0, 0)
+    /// ```
+    /// The residual that the step leaves is reported, not controlled.
+    Linearised,
+}
+
 /// Newton's method of one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NewtonSettings {
@@ -85,6 +118,10 @@ pub struct NewtonSettings {
     pub iterations: usize,
     /// Tries of the line search, halving from a full step.
     pub line_search_tries: usize,
+    /// How many linear systems a step takes.
+    pub scheme: Scheme,
+    /// What a try of the line search has to bring.
+    pub line_search: LineSearch,
     /// Norm of the residual.
     pub norm: ResidualNorm,
     /// Curvature policy.
@@ -100,6 +137,8 @@ impl Default for NewtonSettings {
             point_tolerance: None,
             iterations: 5,
             line_search_tries: 5,
+            scheme: Scheme::Newton,
+            line_search: LineSearch::Residual,
             norm: ResidualNorm::Mass,
             curvature: CurvaturePolicy::Auto,
             forcing: Forcing::Constant,

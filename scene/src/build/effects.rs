@@ -221,6 +221,14 @@ pub(super) fn rows(
         for (name, yes, no) in OF_YARNS {
             add(name, term(name), yes.into(), no);
         }
+        let beta = yarns.map_or(0.0, |y| y.damping());
+        // Part of the elastic terms' own stencils: no memory of its own.
+        add(
+            "yarn damping",
+            (beta > 0.0).then_some((0, 0)),
+            format!("{beta} s"),
+            "`stiffness_damping` is zero in every yarn",
+        );
     }
     add("error estimate", None, String::new(), "not asked for");
     let o = &scene.output;
@@ -240,7 +248,7 @@ pub(super) fn rows(
 }
 
 /// Terms of yarns, why they are on and why they are off.
-const OF_YARNS: [(&str, &str, &str); 9] = [
+const OF_YARNS: [(&str, &str, &str); 8] = [
     ("yarn stretch", "there are yarns", "no yarns"),
     (
         "yarn bending",
@@ -267,11 +275,6 @@ const OF_YARNS: [(&str, &str, &str); 9] = [
         "yarn friction",
         "yarns slide and rub",
         "no yarns slide, or `friction` is zero in every yarn",
-    ),
-    (
-        "yarn damping",
-        "`stiffness_damping` is set",
-        "`stiffness_damping` is zero in every yarn",
     ),
     ("yarn gravity", "there is gravity", "no gravity"),
 ];

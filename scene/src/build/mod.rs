@@ -22,8 +22,9 @@ use selvedge_collision::{
 };
 use selvedge_energy::DofLayout;
 use selvedge_integrator::{
-    BackwardEuler, ControlSettings, CurvaturePolicy, Forcing, Inertia, NewtonSettings,
-    RelaxationSettings, ResidualNorm, ScenePlan, Settings, Simulation, State, StopSettings, Term,
+    BackwardEuler, ControlSettings, CurvaturePolicy, Forcing, Inertia, LineSearch, NewtonSettings,
+    RelaxationSettings, ResidualNorm, ScenePlan, Scheme, Settings, Simulation, State, StopSettings,
+    Term,
 };
 use selvedge_shell_model::{
     BendingOptions, DampingKind, SharedScalar, bending_term, drag_term, lumped_masses,
@@ -177,6 +178,18 @@ impl BuiltScene {
                 point_tolerance: i.point_tolerance,
                 iterations: i.newton_iterations,
                 line_search_tries: i.line_search_halvings,
+                scheme: match i.kind {
+                    model::IntegratorKind::BackwardEuler => Scheme::Newton,
+                    model::IntegratorKind::LinearisedEuler => Scheme::Linearised,
+                },
+                line_search: match i.line_search {
+                    model::LineSearchKind::Residual => LineSearch::Residual,
+                    model::LineSearchKind::Work => LineSearch::Work,
+                    model::LineSearchKind::Auto if self.geometry.yarns.is_some() => {
+                        LineSearch::Work
+                    }
+                    model::LineSearchKind::Auto => LineSearch::Residual,
+                },
                 norm: match i.residual_norm {
                     ResidualNormKind::Mass => ResidualNorm::Mass,
                     ResidualNormKind::Paper => ResidualNorm::Paper,

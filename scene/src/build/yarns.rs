@@ -8,10 +8,10 @@ use selvedge_linsolve::BlockFilter;
 use selvedge_yarn_model::chart::{BUILT_IN_CHARTS, Chart, StitchPattern, read_knitout};
 use selvedge_yarn_model::knit::{KnitOptions, knitted};
 use selvedge_yarn_model::{
-    Draft, InertiaForce, JammingBending, LockedBending, LockedGravity, LockedInertia,
-    LockedStretch, ParallelYarns, PlainBending, SegmentInertia, StitchLength, StitchWrapping,
-    Woven, YarnGravity, YarnMaterial, YarnNetwork, YarnShear, YarnStretch, lumped_point_masses,
-    lumped_scalar_masses,
+    Draft, FrictionSettings, InertiaForce, JammingBending, LockedBending, LockedGravity,
+    LockedInertia, LockedStretch, ParallelYarns, PlainBending, RayleighDamping, SegmentInertia,
+    SlidingFriction, StitchLength, StitchWrapping, Woven, YarnGravity, YarnMaterial, YarnNetwork,
+    YarnShear, YarnStretch, lumped_point_masses, lumped_scalar_masses,
 };
 
 use crate::diagnostic::Diagnostics;
@@ -231,6 +231,18 @@ impl YarnCloth {
                 terms.push(Box::new(Batch::new("stitch length", length)));
             }
         }
+        terms.retain(|t| !t.is_empty());
+        let damping = self.damping();
+        if damping > 0.0 {
+            let damped =
+                |t| -> Box<dyn EnergyBatch> { Box::new(RayleighDamping::added_to(t, damping)) };
+            terms = terms.into_iter().map(damped).collect();
+        }
+        if self.sliding
+            && let Some(friction) = SlidingFriction::new(n, FrictionSettings::default())
+        {
+            terms.push(Box::new(Batch::new("yarn friction", friction)));
+        }
         if pulled {
             terms.push(match self.sliding {
                 true => Box::new(Batch::new("yarn gravity", YarnGravity::new(n, gravity))),
@@ -240,7 +252,6 @@ impl YarnCloth {
                 }
             });
         }
-        terms.retain(|t| !t.is_empty());
         let coupled: Box<dyn MassBatch> = match self.sliding {
             true => Box::new(SegmentInertia::new(n, InertiaForce::Full)),
             false => Box::new(LockedInertia::new(n)),
@@ -262,6 +273,12 @@ impl YarnCloth {
                 false => Vec::new(),
             },
         }
+    }
+
+    /// Damping in proportion to stiffness, the largest of any yarn [s].
+    pub(super) fn damping(&self) -> f64 {
+        let all = self.network.materials.iter().map(|m| m.stiffness_damping);
+        all.fold(0.0, f64::max)
     }
 
     /// Friction coefficient of the yarn at every point.

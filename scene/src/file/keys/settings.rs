@@ -8,12 +8,32 @@ pub(super) static INTEGRATOR: Table = Table::new(
     &[
         key(
             "kind",
-            Choice(&[(
-                "backward-euler",
-                "backward Euler, solved by Newton's method in velocities",
-            )]),
+            Choice(&[
+                (
+                    "backward-euler",
+                    "backward Euler, solved by Newton's method in velocities",
+                ),
+                (
+                    "linearised-euler",
+                    "backward Euler, one linear system a step; the residual is reported, not \
+                     controlled",
+                ),
+            ]),
             "\"backward-euler\"",
             "Time stepping scheme.",
+        ),
+        key(
+            "line_search",
+            Choice(&[
+                ("auto", "`work` for cloth of yarns, else `residual`"),
+                ("residual", "a smaller residual"),
+                (
+                    "work",
+                    "less of the potential of the step, by the work of the residual along the way",
+                ),
+            ]),
+            "\"auto\"",
+            "What a try of the line search has to bring.",
         ),
         key(
             "max_step",

@@ -23,9 +23,9 @@ pub use motion::{DenseKey, Interpolation, Keyframe, Rotation, dense_keys};
 pub use settings::{
     AssembleSettings, AssemblySettings, BroadPhaseKind, ContactSettings, CurvatureKind,
     DampingKind, DampingSettings, ForcingKind, FrictionModel, IntegratorKind, IntegratorSettings,
-    MatrixKind, MeshSettings, OutputSettings, PotentialKind, Precision, PreconditionerKind,
-    RelaxationSettings, Reorder, ResidualNormKind, Scatter, SimulationSettings, SolverKind,
-    SolverSettings, StopSettings, Switch,
+    LineSearchKind, MatrixKind, MeshSettings, OutputSettings, PotentialKind, Precision,
+    PreconditionerKind, RelaxationSettings, Reorder, ResidualNormKind, Scatter, SimulationSettings,
+    SolverKind, SolverSettings, StopSettings, Switch,
 };
 pub use trim::{Button, Buttonhole};
 pub use watchdog::{WatchdogAnswer, WatchdogSettings};

@@ -57,6 +57,8 @@ pub struct SimulationSettings {
 pub struct IntegratorSettings {
     /// Time stepping scheme.
     pub kind: IntegratorKind,
+    /// What a try of the line search has to bring.
+    pub line_search: LineSearchKind,
     /// Largest time step \[s\].
     pub max_step: f64,
     /// Smallest time step: when a step fails below it, the run ends with an error \[s\].
@@ -88,6 +90,20 @@ pub struct IntegratorSettings {
 pub enum IntegratorKind {
     /// Backward Euler, solved by Newton's method in velocities.
     BackwardEuler,
+    /// Backward Euler, one linear system a step.
+    LinearisedEuler,
+}
+
+/// What a try of the line search has to bring.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LineSearchKind {
+    /// `work` for cloth of yarns, else `residual`.
+    Auto,
+    /// A smaller residual.
+    Residual,
+    /// Less of the step's potential.
+    Work,
 }
 
 /// Norm of the residual.
