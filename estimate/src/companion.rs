@@ -144,6 +144,13 @@ pub fn coarser(scene: &SceneFile, factor: f64) -> Result<SceneFile, String> {
                     cloth.name
                 ));
             }
+            ClothShape::Knit { .. } | ClothShape::Woven { .. } => {
+                return Err(format!(
+                    "the points of `{}` are where its yarns cross: there is no coarser cloth to \
+                     compare with",
+                    cloth.name
+                ));
+            }
         }
     }
     let numbered = |select: &Select| matches!(select, Select::Points(_));

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use selvedge_integrator::{
-    EndReason, Ledger, Outcome, Simulation, SimulationError, Snapshot, State, StepReport,
+    EndReason, Ledger, Outcome, Simulation, SimulationError, Snapshot, StepReport,
 };
 use selvedge_record::{
     BodySurface, Checkpoint, RecordError, Recorder, RecorderOptions, RunHeader, StepDiagnostics,
@@ -198,7 +198,7 @@ fn run_here(
     };
 
     let clock = (Instant::now(), process::user_seconds());
-    let mut state = State::at_rest(&built.geometry.positions);
+    let mut state = built.geometry.start();
     let mut stages: Vec<StageSummary> = Vec::new();
     let mut early: Option<Drape> = None;
     let mut dog = Watchdog::new(scene);

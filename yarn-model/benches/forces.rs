@@ -40,7 +40,6 @@ fn stockinette(columns: u32, rows: u32) -> YarnNetwork {
         for j in 0..columns {
             let up = [node(j, r, 0, 0), node(j, r, 0, 1)];
             let down = [node(j, r, 1, 1), node(j, r, 1, 0)];
-            // As child at its own contacts, as parent at those above.
             if r > 0 {
                 let below = |right, b| (node(j, r - 1, right, b), true);
                 nodes.extend([below(0, 0), below(0, 1)]);

@@ -12,6 +12,7 @@ mod contact;
 mod damping;
 mod error;
 mod force;
+pub mod knit;
 mod material;
 mod network;
 mod vec3;

@@ -33,10 +33,16 @@ pub struct YarnMaterial {
 }
 
 impl Default for YarnMaterial {
-    /// The yarn of the sweater of [Cirio2017, Table 1].
     fn default() -> Self {
+        Self::sweater()
+    }
+}
+
+impl YarnMaterial {
+    /// The yarn of the sweater of [Cirio2017, Table 1].
+    pub fn sweater() -> Self {
         Self {
-            name: "sweater yarn".into(),
+            name: "sweater".into(),
             radius: 0.75e-3,
             density: 650.0,
             stretch_modulus: 1e7,
@@ -49,9 +55,45 @@ impl Default for YarnMaterial {
             stiffness_damping: 0.01,
         }
     }
-}
 
-impl YarnMaterial {
+    /// The yarn of the sleeveless shirt of [Cirio2017, Table 1].
+    pub fn shirt() -> Self {
+        Self {
+            name: "shirt".into(),
+            radius: 0.25e-3,
+            bending_modulus: 3e-4,
+            mass_damping: 2.0,
+            stiffness_damping: 0.1,
+            ..Self::sweater()
+        }
+    }
+
+    /// The yarn of the pullover of [Cirio2017, Table 1].
+    pub fn pullover() -> Self {
+        Self {
+            name: "pullover".into(),
+            radius: 1.5e-3,
+            bending_modulus: 3e-4,
+            mass_damping: 5.0,
+            ..Self::sweater()
+        }
+    }
+
+    /// A yarn for woven cloth at a spacing of 1 mm: modulus, bending and shear
+    /// as in the public reimplementation of [Cirio2014].
+    pub fn weaving() -> Self {
+        Self {
+            name: "weaving".into(),
+            radius: 0.25e-3,
+            stretch_modulus: 5e5,
+            bending_modulus: 1.4e-4,
+            shear_modulus: 1e3,
+            friction: 0.5,
+            mass_damping: 2.0,
+            ..Self::sweater()
+        }
+    }
+
     /// Checks every parameter.
     ///
     /// # Errors

@@ -207,7 +207,21 @@ pub(super) fn rows(
         ),
         early,
     );
-    add("sliding yarns", None, String::new(), "no yarns");
+    let yarns = built.geometry.yarns.as_ref();
+    let slides = yarns.filter(|y| y.sliding).map(|y| {
+        let scalars = y.network.strands.len();
+        (scalars, 2 * 8 * scalars)
+    });
+    let no = match yarns {
+        Some(_) => "`sliding` is false",
+        None => "no yarns",
+    };
+    add("sliding yarns", slides, "yarns cross".into(), no);
+    if yarns.is_some() {
+        for (name, yes, no) in OF_YARNS {
+            add(name, term(name), yes.into(), no);
+        }
+    }
     add("error estimate", None, String::new(), "not asked for");
     let o = &scene.output;
     add(
@@ -224,6 +238,43 @@ pub(super) fn rows(
     );
     rows
 }
+
+/// Terms of yarns, why they are on and why they are off.
+const OF_YARNS: [(&str, &str, &str); 9] = [
+    ("yarn stretch", "there are yarns", "no yarns"),
+    (
+        "yarn bending",
+        "yarns bend",
+        "`bending_modulus` is zero in every yarn",
+    ),
+    (
+        "stitch wrapping",
+        "there are stitches",
+        "no stitches, or `wrapping` is zero",
+    ),
+    (
+        "yarn shear",
+        "warp and weft cross",
+        "no woven crossings, or `shear_modulus` is zero",
+    ),
+    ("parallel yarns", "yarns slide", "no yarns slide"),
+    (
+        "stitch length",
+        "yarns slide in stitches",
+        "no yarns slide in stitches",
+    ),
+    (
+        "yarn friction",
+        "yarns slide and rub",
+        "no yarns slide, or `friction` is zero in every yarn",
+    ),
+    (
+        "yarn damping",
+        "`stiffness_damping` is set",
+        "`stiffness_damping` is zero in every yarn",
+    ),
+    ("yarn gravity", "there is gravity", "no gravity"),
+];
 
 /// What springs hold, for the planner.
 fn held_by(built: &BuiltScene) -> String {

@@ -4,13 +4,16 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use selvedge_garment::{GarmentMesh, Pattern, pattern};
+use selvedge_integrator::State;
 use selvedge_linsolve::{Pattern as BlockPattern, Permutation, reverse_cuthill_mckee};
 use selvedge_shell_model::fabric::Fabric;
 use selvedge_shell_model::shape::hinge_angles;
 use selvedge_shell_model::{ShellMesh, sheet};
+use selvedge_yarn_model::YarnNetwork;
 
 use super::rest;
 use super::sewn::{Sewn, held_labels};
+use super::yarns::{self, YarnCloth};
 use crate::diagnostic::{Diagnostics, Finding};
 use crate::file::model::{Cloth, ClothShape, Lattice, MeshRest, Reorder, RestAngles};
 use crate::file::obj::{self, Purpose};
@@ -45,6 +48,8 @@ pub struct Geometry {
     pub spring_seams: Vec<(u32, [u32; 2], f64)>,
     /// Whether any piece is sewn from a pattern.
     pub sewn: bool,
+    /// Cloth made of yarns, which is then all of it.
+    pub yarns: Option<YarnCloth>,
 }
 
 /// One piece of cloth, in the scene's order.
@@ -75,6 +80,7 @@ struct Draft {
     parts: Vec<Part>,
     seams: Vec<(u32, [u32; 2], f64)>,
     fabrics: Vec<Fabric>,
+    network: Option<YarnNetwork>,
 }
 
 impl Geometry {
@@ -145,6 +151,30 @@ impl Geometry {
         Some(angles)
     }
 
+    /// Everything at rest where it begins.
+    pub fn start(&self) -> State {
+        match &self.yarns {
+            Some(yarns) if yarns.sliding => {
+                State::with_scalars(&self.positions, &yarns.network.arcs())
+            }
+            _ => State::at_rest(&self.positions),
+        }
+    }
+
+    /// Yarns as lists of points in the scene's order, with their radii [m].
+    pub fn curves(&self) -> Vec<(Vec<u32>, f64)> {
+        let Some(YarnCloth { network, .. }) = &self.yarns else {
+            return Vec::new();
+        };
+        let old = |s: u32| self.order.old_of_new[network.strands[s as usize].node as usize];
+        (0..network.yarns.len() as u32)
+            .map(|y| {
+                let radius = network.material_of(network.yarns[y as usize].first).radius;
+                (network.along(y).map(old).collect(), radius)
+            })
+            .collect()
+    }
+
     /// A piece by its name.
     pub fn part(&self, name: &str) -> Option<&Part> {
         self.parts.iter().find(|p| p.name == name)
@@ -162,6 +192,12 @@ fn add_cloth(
     let fail = |key: &str, message: String| {
         Diagnostics::from(parsed.locations.error("scene::cloth", &path(key), message))
     };
+    if let Some(network) = yarns::network(parsed, index, cloth) {
+        return match network {
+            Ok(network) => add_yarns(cloth, network, draft),
+            Err(errors) => findings.extend(errors),
+        };
+    }
     let fabric = match fabric_index(&parsed.scene, &cloth.fabric, draft) {
         Ok(i) => i,
         Err(message) => return findings.extend(fail("fabric", message)),
@@ -207,6 +243,7 @@ fn add_cloth(
                 (None, Some(mesh), hold)
             })
         }
+        ClothShape::Knit { .. } | ClothShape::Woven { .. } => return,
     };
     let (material, mesh, hold) = match added {
         Ok(added) => added,
@@ -250,6 +287,26 @@ fn add_cloth(
         labels,
         hold,
         garment,
+    });
+}
+
+fn add_yarns(cloth: &Cloth, network: YarnNetwork, draft: &mut Draft) {
+    let start = draft.positions.len() as u32;
+    let material = yarns::selectable(&network, cloth);
+    draft.positions.extend_from_slice(&network.points);
+    match &mut draft.network {
+        Some(all) => all.append(&network),
+        none => *none = Some(network),
+    }
+    place(cloth, start, draft);
+    draft.panel_names.push(cloth.name.clone());
+    draft.parts.push(Part {
+        name: cloth.name.clone(),
+        points: start..draft.positions.len() as u32,
+        material: Some(material),
+        labels: BTreeMap::new(),
+        hold: Vec::new(),
+        garment: None,
     });
 }
 
@@ -470,7 +527,13 @@ fn finish(scene: &SceneFile, draft: Draft) -> Result<Geometry, String> {
     let points = draft.positions.len();
     let order = match scene.assembly.reorder {
         Reorder::Rcm => {
+            let nodes = |n: &YarnNetwork| -> Vec<[u32; 2]> {
+                let node = |s: u32| n.strands[s as usize].node;
+                n.segments().map(|ends| ends.map(node)).collect()
+            };
+            let segments = draft.network.as_ref().map(nodes).unwrap_or_default();
             let groups = draft.triangles.iter().map(|t| t.as_slice());
+            let groups = groups.chain(segments.iter().map(|s| s.as_slice()));
             reverse_cuthill_mckee(&BlockPattern::from_groups(points, groups))
         }
         Reorder::None => Permutation::identity(points),
@@ -502,7 +565,9 @@ fn finish(scene: &SceneFile, draft: Draft) -> Result<Geometry, String> {
             .collect(),
     )
     .map_err(|e| e.to_string())?;
-    if let Some(&p) = mesh.isolated().first() {
+    if let Some(&p) = mesh.isolated().first()
+        && draft.network.is_none()
+    {
         let old = order.old_of_new[p as usize];
         return Err(format!(
             "point {old} belongs to no triangle ({} such points): remove them from the mesh",
@@ -527,6 +592,10 @@ fn finish(scene: &SceneFile, draft: Draft) -> Result<Geometry, String> {
         panel_names: draft.panel_names,
         sewn: scene.cloth.iter().any(Cloth::is_sewn),
         parts: draft.parts,
+        yarns: draft.network.map(|n| YarnCloth {
+            network: n.renumbered(&order.new_of_old),
+            sliding: scene.cloth.iter().any(|c| c.slides() == Some(true)),
+        }),
         order,
     })
 }

@@ -11,6 +11,7 @@ mod rest;
 mod sewn;
 mod system;
 mod trims;
+mod yarns;
 
 use std::sync::Arc;
 
@@ -40,6 +41,7 @@ pub use holds::BuiltAttachment;
 pub use sewn::Sewn;
 pub use system::broad_phase;
 pub use trims::Trims;
+pub use yarns::YarnCloth;
 
 /// A scene whose inputs have been read: meshes, bodies, fabrics.
 pub struct BuiltScene {
@@ -221,7 +223,11 @@ impl BuiltScene {
             model::DampingKind::None => DampingKind::Off,
         };
         let model_error = |e: selvedge_shell_model::ModelError| refuse(e.to_string());
-        let mut masses = lumped_masses(&g.mesh, &fabrics).map_err(model_error)?;
+        let yarns = g.yarns.as_ref().map(|y| y.parts(stage.gravity));
+        let mut masses = match &yarns {
+            Some(yarns) => yarns.inertia.masses.clone(),
+            None => lumped_masses(&g.mesh, &fabrics).map_err(model_error)?,
+        };
         self.cloth_alone(&mut state);
         let trims = self
             .trims
@@ -229,7 +235,9 @@ impl BuiltScene {
             .map_err(refuse)?;
         let mut terms = Vec::new();
         let membrane = membrane_term(&g.mesh, &fabrics, damping).map_err(model_error)?;
-        terms.push(Term::fabric(membrane));
+        if !membrane.is_empty() {
+            terms.push(Term::fabric(membrane));
+        }
         let rest_angles = g.rest_angles(scene);
         let options = BendingOptions {
             damping,
@@ -265,6 +273,19 @@ impl BuiltScene {
             weightless = trims.weightless;
             state.layout = DofLayout::points(masses.len());
         }
+        let mut inertia = Inertia {
+            gravity: stage.gravity,
+            weightless,
+            ..Inertia::default()
+        };
+        let mut owners = Vec::new();
+        if let Some(yarns) = yarns {
+            // Gravity is an energy of theirs: it pulls on arc lengths too.
+            inertia = yarns.inertia;
+            terms.extend(yarns.terms);
+            owners = yarns.owners;
+        }
+        inertia.masses = masses;
         let pins = holds::pins(&self.parsed, g)?;
         let moves = pins.as_ref().is_some_and(|p| p.moves)
             || attachments.iter().any(BuiltAttachment::moves)
@@ -272,21 +293,23 @@ impl BuiltScene {
 
         let collision_error = |e: CollisionError| refuse(e.to_string());
         let contacts = self
-            .contacts(stage, &masses[..g.mesh.points()], pins.as_ref())
+            .contacts(stage, &inertia.masses[..g.mesh.points()], pins.as_ref())
             .map_err(collision_error)?;
-        let system = system::system(scene, &terms, &masses).map_err(|e| refuse(e.to_string()))?;
+        let system =
+            system::system(scene, &terms, &inertia, &owners).map_err(|e| refuse(e.to_string()))?;
+        let mut pins = pins.map(|p| p.pins);
+        if let Some(yarns) = &g.yarns
+            && yarns.sliding
+        {
+            yarns.hold(&mut pins);
+        }
         let plan = ScenePlan {
-            layout: DofLayout::points(masses.len()),
-            owners: Vec::new(),
-            inertia: Inertia {
-                masses,
-                gravity: stage.gravity,
-                weightless,
-                ..Inertia::default()
-            },
+            layout: state.layout,
+            owners,
+            inertia,
             terms,
             contacts,
-            pins: pins.map(|p| p.pins),
+            pins,
             system,
         };
         let integrator = BackwardEuler::new(stage.newton).map_err(|e| refuse(e.to_string()))?;
@@ -305,6 +328,9 @@ impl BuiltScene {
 
     /// Takes the points of trims out of a state.
     pub fn cloth_alone(&self, state: &mut State) {
+        if self.geometry.yarns.is_some() {
+            return;
+        }
         let points = self.geometry.mesh.points();
         state.layout = DofLayout::points(points);
         state.q.truncate(3 * points);
@@ -314,6 +340,7 @@ impl BuiltScene {
     /// Whether cloth may touch itself, and why.
     pub fn self_contact(&self) -> (bool, &'static str) {
         match self.scene().contact.self_contact {
+            _ if self.geometry.yarns.is_some() => (false, "yarns touch where they cross"),
             Switch::On => (true, "the scene says so"),
             Switch::Off => (false, "the scene says so"),
             Switch::Auto if self.scene().cloth.iter().any(Cloth::is_layered) => {
@@ -340,7 +367,10 @@ impl BuiltScene {
         };
         let g = &self.geometry;
         let of_cloth = |f: &u16| self.fabric_friction(*f);
-        let cloth = range(&mut g.mesh.fabric().iter().map(of_cloth));
+        let cloth = match &g.yarns {
+            Some(_) => range(&mut self.point_friction().into_iter()),
+            None => range(&mut g.mesh.fabric().iter().map(of_cloth)),
+        };
         let bodies = range(&mut self.bodies.iter().filter_map(|b| b.body.friction()));
         FrictionRange {
             on_cloth: cloth,
@@ -356,6 +386,13 @@ impl BuiltScene {
     /// Coefficient of the cloth at every point: the mean over the triangles
     /// around it, weighted by area.
     fn point_friction(&self) -> Vec<f64> {
+        if let Some(yarns) = &self.geometry.yarns {
+            let of_yarns = yarns.point_friction();
+            return match self.scene().contact.friction {
+                Some(mu) => vec![mu; of_yarns.len()],
+                None => of_yarns,
+            };
+        }
         let mesh = &self.geometry.mesh;
         let mut sums = vec![[0.0; 2]; mesh.points()];
         let mut equal = true;

@@ -4,7 +4,8 @@ use selvedge_collision::{
     BroadPhase, BruteForce, BvhParry, CollisionBackend, HashGrid, ProximityBackend,
 };
 use selvedge_integrator::{
-    AssemblyOptions, DualSystem, NewtonSystem, PlanError, ReassembledSystem, Scatter, Term,
+    AssemblyOptions, BorderedSystem, DualSystem, Inertia, NewtonSystem, PlanError,
+    ReassembledSystem, Scatter, Term,
 };
 use selvedge_linsolve::{
     BlockFilter, Filter, LinearSolver, LinsolveError, MpcgSettings, NoFilter, Real, StopNorm, Sums,
@@ -23,21 +24,25 @@ use crate::file::model::{
 pub fn system(
     scene: &SceneFile,
     terms: &[Term],
-    masses: &[f64],
+    inertia: &Inertia,
+    owners: &[u32],
 ) -> Result<Box<dyn NewtonSystem>, PlanError> {
     match (scene.solver.kind, scene.solver.precision) {
         // Refinement is in double precision outside, whatever is inside.
         (SolverKind::Refined, _) | (_, Precision::F64) => {
-            with_precision::<f64>(scene, terms, masses)
+            with_precision::<f64>(scene, terms, inertia, owners)
         }
-        (_, Precision::Mixed | Precision::F32) => with_precision::<f32>(scene, terms, masses),
+        (_, Precision::Mixed | Precision::F32) => {
+            with_precision::<f32>(scene, terms, inertia, owners)
+        }
     }
 }
 
 fn with_precision<T: Real>(
     scene: &SceneFile,
     terms: &[Term],
-    masses: &[f64],
+    inertia: &Inertia,
+    owners: &[u32],
 ) -> Result<Box<dyn NewtonSystem>, PlanError>
 where
     BlockFilter: Filter<T>,
@@ -50,7 +55,14 @@ where
         },
         chunk: scene.assembly.chunk,
     };
-    let solver = solver::<T>(scene, masses)?;
+    let masses = &inertia.masses;
+    let of_yarns = inertia.coupled.is_some();
+    let solver = solver::<T>(scene, inertia)?;
+    if of_yarns {
+        let mass = inertia.coupled.as_deref();
+        let system = BorderedSystem::new(masses.len(), owners, terms, mass, options, solver)?;
+        return Ok(Box::new(system));
+    }
     Ok(match scene.solver.matrix {
         MatrixKind::Dual => Box::new(DualSystem::new(masses.len(), terms, options, solver)?),
         MatrixKind::Reassembled => Box::new(ReassembledSystem::new(
@@ -68,12 +80,14 @@ const MULTIGRID_FROM: usize = 5000;
 
 fn solver<T: Real>(
     scene: &SceneFile,
-    masses: &[f64],
+    inertia: &Inertia,
 ) -> Result<Box<dyn LinearSolver<T>>, LinsolveError> {
     // An inexact step is a descent direction only in the norm of its residual.
     let norm = match scene.integrator.residual_norm {
         ResidualNormKind::Mass => {
-            StopNorm::Weighted(masses.iter().flat_map(|m| [1.0 / m; 3]).collect())
+            let points = inertia.masses.iter().flat_map(|m| [1.0 / m; 3]);
+            let scalars = inertia.scalar_masses.iter().map(|m| 1.0 / m);
+            StopNorm::Weighted(points.chain(scalars).collect())
         }
         ResidualNormKind::Paper => StopNorm::Euclidean,
     };
@@ -92,13 +106,15 @@ fn solver<T: Real>(
         SolverKind::Direct => "direct",
         SolverKind::Refined => "refined",
     };
-    let many = masses.len() >= MULTIGRID_FROM;
+    let many = inertia.masses.len() >= MULTIGRID_FROM;
     let preconditioner = match scene.solver.preconditioner {
+        PreconditionerKind::Auto if inertia.coupled.is_some() => "node-jacobi",
         PreconditionerKind::Auto if many => "multigrid",
         PreconditionerKind::Auto => "block-ic",
         PreconditionerKind::None => "none",
         PreconditionerKind::Diagonal => "diagonal",
         PreconditionerKind::BlockJacobi => "block-jacobi",
+        PreconditionerKind::NodeJacobi => "node-jacobi",
         PreconditionerKind::IncompleteCholesky => "block-ic",
         PreconditionerKind::Chebyshev => "chebyshev",
         PreconditionerKind::Multigrid => "multigrid",

@@ -110,6 +110,10 @@ where
         value
     }
 
+    fn is_conservative(&self) -> bool {
+        self.energy.is_conservative()
+    }
+
     fn heap_bytes(&self) -> usize {
         self.energy.heap_bytes() + size_of_val(&self.points[..]) + size_of_val(&self.arcs[..])
     }

@@ -5,15 +5,16 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use selvedge_energy::{Batch, EnergyBatch};
 use selvedge_yarn_model::{
     NetworkBuilder, StitchContact, StitchLength, StitchWrapping, Visit, WrapPair, YarnMaterial,
+    YarnNetwork,
 };
 
-use super::common::{at, close, number, oracle, stitch, unknowns};
+use super::common::{at, close, flat, number, oracle, stitch, unknowns};
 
 /// Wings, signs and folded angles of the flat template, knit and purl, on both
 /// sides and with yarns running either way.
 #[test]
 fn template() {
-    let signs = oracle("knit_wrap_signs");
+    let signs = oracle("knit_wrap");
     for side in [-1, 1] {
         for purl in [false, true] {
             for backwards in [false, true] {
@@ -28,7 +29,8 @@ fn template() {
                     };
                     assert_eq!(element.points, points);
                     assert_eq!(element.contact, 0);
-                    let expected = &signs[&format!("knit side={side:+} pair={pair}")];
+                    let expected =
+                        &signs["wrap_sign_table"][&format!("knit side={side:+} pair={pair}")];
                     let mirror = if purl { -1.0 } else { 1.0 };
                     assert_eq!(element.sigma, mirror * number(&expected["sigma"]));
                     assert_eq!(element.sigma, energy.sigma(e));
@@ -61,7 +63,7 @@ fn template() {
 #[test]
 fn stack() {
     let mut builder = NetworkBuilder::new(vec![YarnMaterial::default()]);
-    let flat = [
+    let places = [
         [-0.3, -0.1],
         [-0.2, 0.1],
         [-0.7, -0.1],
@@ -71,7 +73,7 @@ fn stack() {
         [0.3, -0.9],
         [0.25, 0.1],
     ];
-    for [x, y] in flat {
+    for [x, y] in places {
         builder.node([x, y, 0.0], [x, y], [0.0, 0.0, 1.0]);
     }
     // Front to back: parents 0, 1, child at A; child, parents 0, 1 at B.
@@ -184,4 +186,119 @@ fn past_a_half_turn() {
     assert!((psi(&fresh, &q) + 0.5 * PI).abs() < 1e-12, "starts unwound");
     fresh.restore_history(&history);
     assert_eq!(psi(&fresh, &q), psi(&energy, &q));
+}
+
+/// Loops in the flat template with unit pitches: contact `(j, r)` joins the
+/// head of loop `(j, r)` of row `r` to the base of the one above.
+fn patch(n: u32, purl: impl Fn(u32, u32) -> bool) -> YarnNetwork {
+    let mut builder = NetworkBuilder::new(vec![YarnMaterial::default()]);
+    let node = |j: u32, r: u32, right: u32, b: u32| ((r * n + j) * 2 + right) * 2 + b;
+    for i in 0..4 * n * n {
+        let (cell, right, b) = (i / 4, i / 2 % 2, i % 2);
+        let across = [0.32, 0.18][b as usize] * [-1.0, 1.0][right as usize];
+        let x = f64::from(cell % n) + across;
+        let y = f64::from(cell / n) + [-0.1, 0.1][b as usize];
+        builder.node([x, y, 0.0], [x, y], [0.0, 0.0, 1.0]);
+    }
+    for r in 0..=n {
+        let mut visits = Vec::new();
+        for j in 0..n {
+            let mut visit = |row: u32, right: u32, b: u32, child: bool| {
+                let behind = (child == (b == 0)) != purl(j, row);
+                visits.push(Visit {
+                    node: node(j, row, right, b),
+                    layer: u8::from(behind),
+                    arc: visits.len() as f64,
+                    held: false,
+                });
+            };
+            if r > 0 {
+                visit(r - 1, 0, 0, true);
+                visit(r - 1, 0, 1, true);
+            }
+            if r < n {
+                for (right, b) in [(0, 0), (0, 1), (1, 1), (1, 0)] {
+                    visit(r, right, b, false);
+                }
+            }
+            if r > 0 {
+                visit(r - 1, 1, 1, true);
+                visit(r - 1, 1, 0, true);
+            }
+        }
+        builder.yarn(0, visits);
+    }
+    for i in 0..2 * n * n {
+        let (j, r, right) = (i / 2 % n, i / 2 / n, i % 2);
+        builder.stitch(StitchContact {
+            a: node(j, r, right, 0),
+            b: node(j, r, right, 1),
+            purl: purl(j, r),
+            side: [-1, 1][right as usize],
+            parents: 1,
+            rest: 1.0,
+            row: r,
+            column: j,
+        });
+    }
+    builder.build().unwrap()
+}
+
+/// `Σ F_z x²` and `Σ F_z y²` of a flat patch with `k_w L = 1`: stockinette
+/// curls at its sides to the back and at top and bottom to the front, garter
+/// and rib do not.
+#[test]
+fn curl() {
+    let curl = &oracle("knit_wrap")["curl"];
+    let moments = |n: u32, purl: &dyn Fn(u32, u32) -> bool| {
+        let network = patch(n, purl);
+        let mut elements = StitchWrapping::elements(&network);
+        // The reference leaves out legs of the first and last row.
+        elements.retain(|e| {
+            let row = network.stitches[e.contact as usize].row;
+            e.pair == WrapPair::ChildAtA || (row > 0 && row + 1 < n)
+        });
+        assert_eq!(elements.len() as u32, 2 * n * (n - 1) + 2 * n * (n - 2));
+        for element in &mut elements {
+            element.stiffness = 1.0;
+        }
+        let energy = StitchWrapping::from_elements(&elements, &network.points, FRAC_PI_2);
+        let energy = Batch::<_, 4, 12>::new("wrapping", energy);
+        let q = unknowns(&network);
+        let mut force = vec![0.0; network.nodes()];
+        let mut used = vec![false; network.nodes()];
+        let mut g = [0.0; 12];
+        for e in 0..energy.len() {
+            energy.gradients(&at(&network, &q, &q), e..e + 1, &mut g);
+            for (i, &node) in energy.nodes(e).iter().enumerate() {
+                force[node as usize] -= g[3 * i + 2];
+                used[node as usize] = true;
+            }
+        }
+        let count = used.iter().filter(|u| **u).count() as f64;
+        [0, 1].map(|axis| {
+            let places = network.points.iter().zip(&used).filter(|(_, u)| **u);
+            let mean = places.map(|(p, _)| p[axis]).sum::<f64>() / count;
+            let each = network.points.iter().zip(&force);
+            each.map(|(p, f)| f * (p[axis] - mean).powi(2)).sum::<f64>()
+        })
+    };
+    let stockinette = moments(6, &|_, _| false);
+    assert!(stockinette[0] < 0.0 && stockinette[1] > 0.0);
+    close(
+        "stockinette",
+        &stockinette,
+        &flat(&curl["stockinette"]),
+        1e-11,
+    );
+    let garter = moments(6, &|_, r| r % 2 == 1);
+    let rib = moments(8, &|j, _| j / 2 % 2 == 1);
+    for (name, found) in [("garter", garter), ("rib_2x2", rib)] {
+        for (found, expected) in found.iter().zip(flat(&curl[name])) {
+            assert!(
+                (found - expected).abs() < 1e-11 * stockinette[0].abs(),
+                "{name}"
+            );
+        }
+    }
 }

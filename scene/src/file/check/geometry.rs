@@ -23,10 +23,55 @@ impl Check<'_> {
                 ClothShape::Mesh { file, .. } | ClothShape::Pattern { file, .. } => {
                     self.input_file(&format!("{path}.file"), file);
                 }
+                ClothShape::Knit { .. } | ClothShape::Woven { .. } => {}
             }
-            if !matches!(cloth.shape, ClothShape::Mesh { .. }) {
+            if !matches!(cloth.shape, ClothShape::Mesh { .. }) && !cloth.is_of_yarns() {
                 self.spacing(&path, cloth.edge_length());
             }
+        }
+    }
+
+    /// Cloth of yarns keeps to itself, and slides all or none.
+    pub(super) fn yarns(&mut self) {
+        let cloth = &self.scene.cloth;
+        let Some(first) = cloth.iter().position(Cloth::is_of_yarns) else {
+            return;
+        };
+        let other = cloth.iter().position(|c| !c.is_of_yarns());
+        if let Some(other) = other {
+            self.error(
+                "scene::yarns",
+                &format!("cloth.{other}.kind"),
+                format!("`cloth.{other}` is a shell, `cloth.{first}` is made of yarns"),
+                "a scene has cloth of one kind; put the other into a scene of its own",
+            );
+        }
+        let unlike = cloth
+            .iter()
+            .position(|c| c.slides().is_some_and(|s| Some(s) != cloth[first].slides()));
+        if let Some(unlike) = unlike {
+            self.error(
+                "scene::yarns",
+                &format!("cloth.{unlike}.sliding"),
+                format!("yarns of `cloth.{unlike}` and of `cloth.{first}` differ in `sliding`"),
+                "the same in every cloth of a scene",
+            );
+        }
+        if self.scene.solver.matrix != super::super::model::MatrixKind::Dual {
+            self.error(
+                "scene::yarns",
+                "solver.matrix",
+                "cloth of yarns needs `solver.matrix` = \"dual\"",
+                "leave it out",
+            );
+        }
+        if self.scene.solver.kind == super::super::model::SolverKind::Refined {
+            self.error(
+                "scene::yarns",
+                "solver.kind",
+                "`solver.kind` = \"refined\" does not take arc lengths",
+                "\"cg\" or \"direct\"",
+            );
         }
     }
 

@@ -27,6 +27,7 @@ pub(crate) fn check(scene: &SceneFile, locations: &Locations, findings: &mut Dia
     check.fabrics();
     check.cloths();
     check.layers();
+    check.yarns();
     check.bodies();
     check.holds();
     check.trims();
@@ -95,9 +96,10 @@ impl Check<'_> {
             let file = self
                 .locations
                 .error("scene::no-cloth", "cloth", "the scene has no cloth");
-            self.findings.push(
-                file.help("add `[[cloth]]` with `kind = \"sheet\"`, \"mesh\" or \"pattern\""),
-            );
+            self.findings.push(file.help(
+                "add `[[cloth]]` with `kind = \"sheet\"`, \"mesh\", \"pattern\", \"knit\" or \
+                     \"woven\"",
+            ));
         }
         if scene.name.is_empty()
             || scene.name.contains(['/', '\\'])

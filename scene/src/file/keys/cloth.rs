@@ -5,6 +5,7 @@ use super::super::spec::{
     Key, Range, Table, Variant, derived, integer, key, number, optional, required,
 };
 use super::POSITION;
+use super::yarn::{KNIT, WOVEN};
 
 const MOST_LAYERS: i64 = 100;
 
@@ -21,7 +22,8 @@ pub(super) static CLOTH: Table = Table::new(
             "fabric",
             Text,
             "\"cotton-poplin\"",
-            "A fabric of this scene (`[fabric.NAME]`) or of the library (`selvedge fabric list`).",
+            "A fabric of this scene (`[fabric.NAME]`) or of the library (`selvedge fabric list`). \
+             Cloth of yarns has none.",
         ),
         key(
             "center",
@@ -82,6 +84,16 @@ pub(super) static CLOTH: Table = Table::new(
             name: "pattern",
             doc: "A sewing pattern from a GarmentCode file.",
             keys: PATTERN,
+        },
+        Variant {
+            name: "knit",
+            doc: "A knitted rectangle, yarn by yarn, from a stitch chart.",
+            keys: KNIT,
+        },
+        Variant {
+            name: "woven",
+            doc: "A woven rectangle, yarn by yarn, from a weave draft.",
+            keys: WOVEN,
         },
     ],
 );

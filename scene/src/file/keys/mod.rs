@@ -7,6 +7,7 @@ mod hold;
 mod settings;
 mod trim;
 mod watchdog;
+mod yarn;
 
 use super::spec::Kind::{Named, Table as Sub, Tables, Text, Vector};
 use super::spec::{ANY, Range, Table, derived, key, number};
@@ -49,6 +50,12 @@ pub(crate) static SCENE: Table = Table::new(
             Named(&fabric::FABRIC),
             "{}",
             "Fabrics of this scene, by name; they hide library fabrics of the same name.",
+        ),
+        key(
+            "yarn",
+            Named(&yarn::YARN),
+            "{}",
+            "Yarns of this scene, by name; they hide library yarns of the same name.",
         ),
         key("mesh", Sub(&settings::MESH), "{}", "Triangulation."),
         key(

@@ -208,11 +208,16 @@ pub(super) static SOLVER: Table = Table::new(
             Choice(&[
                 (
                     "auto",
-                    "`multigrid` from 5000 points, else `incomplete-cholesky`: the fastest here",
+                    "`multigrid` from 5000 points, else `incomplete-cholesky`; `node-jacobi` for \
+                     yarns: the fastest here",
                 ),
                 ("none", "none"),
                 ("diagonal", "inverse diagonal"),
                 ("block-jacobi", "inverse 3×3 diagonal blocks"),
+                (
+                    "node-jacobi",
+                    "inverse diagonal blocks of points with their arc lengths",
+                ),
                 ("incomplete-cholesky", "block incomplete Cholesky, IC(0)"),
                 ("chebyshev", "Chebyshev polynomial on block-jacobi"),
                 (

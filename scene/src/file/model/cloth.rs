@@ -71,6 +71,41 @@ pub enum ClothShape {
         /// Labels of edges attached to the body.
         hold: Vec<String>,
     },
+    /// A knitted rectangle.
+    Knit {
+        /// Built-in chart or chart file.
+        chart: String,
+        /// Stitches in a row, and rows.
+        stitches: [usize; 2],
+        /// Name of its yarn.
+        yarn: String,
+        /// Distance of stitches in a row \[m\].
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        course_pitch: Option<f64>,
+        /// Distance of rows \[m\].
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        wale_pitch: Option<f64>,
+        /// Whether yarns slide.
+        sliding: bool,
+    },
+    /// A woven rectangle.
+    Woven {
+        /// Built-in weave or draft file.
+        draft: String,
+        /// Warps and wefts.
+        yarns: [usize; 2],
+        /// Distance of neighbouring yarns \[m\].
+        spacing: f64,
+        /// Rest length of yarns over the length that they span.
+        crimp: f64,
+        /// Name of the warp's yarn.
+        yarn: String,
+        /// Name of the weft's yarn.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        weft_yarn: Option<String>,
+        /// Whether yarns slide.
+        sliding: bool,
+    },
 }
 
 /// What of a mesh file is at rest.
@@ -111,6 +146,19 @@ impl Cloth {
         matches!(self.shape, ClothShape::Pattern { .. })
     }
 
+    /// Whether it is made of yarns.
+    pub fn is_of_yarns(&self) -> bool {
+        self.slides().is_some()
+    }
+
+    /// Whether its yarns slide, for cloth of yarns.
+    pub fn slides(&self) -> Option<bool> {
+        match self.shape {
+            ClothShape::Knit { sliding, .. } | ClothShape::Woven { sliding, .. } => Some(sliding),
+            _ => None,
+        }
+    }
+
     /// Layer of a panel, from 0 at the body outwards.
     pub fn layer_of(&self, panel: &str) -> u32 {
         match &self.shape {
@@ -144,7 +192,7 @@ impl Cloth {
             ClothShape::Sheet { edge_length, .. } | ClothShape::Pattern { edge_length, .. } => {
                 *edge_length
             }
-            ClothShape::Mesh { .. } => None,
+            ClothShape::Mesh { .. } | ClothShape::Knit { .. } | ClothShape::Woven { .. } => None,
         }
     }
 }

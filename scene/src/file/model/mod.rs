@@ -8,6 +8,7 @@ mod motion;
 mod settings;
 mod trim;
 mod watchdog;
+mod yarn;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -28,6 +29,8 @@ pub use settings::{
 };
 pub use trim::{Button, Buttonhole};
 pub use watchdog::{WatchdogAnswer, WatchdogSettings};
+pub(crate) use yarn::yarn_named;
+pub use yarn::{YarnEntry, YarnLibrary};
 
 /// A scene: what to simulate and how, with every default filled in.
 ///
@@ -56,6 +59,8 @@ pub struct SceneFile {
     pub buttonhole: Vec<Buttonhole>,
     /// Fabrics of the scene, by name.
     pub fabric: BTreeMap<String, FabricEntry>,
+    /// Kinds of yarn of the scene, by name.
+    pub yarn: BTreeMap<String, YarnEntry>,
     /// Triangulation.
     pub mesh: MeshSettings,
     /// Contact and friction.

@@ -219,6 +219,8 @@ pub enum PreconditionerKind {
     Diagonal,
     /// Inverse 3×3 diagonal blocks.
     BlockJacobi,
+    /// Inverse diagonal blocks of points with their arc lengths.
+    NodeJacobi,
     /// Block incomplete Cholesky, IC(0).
     IncompleteCholesky,
     /// Chebyshev polynomial on block-jacobi.

@@ -1,0 +1,287 @@
+//! Cloth made of yarns.
+
+use std::path::Path;
+
+use selvedge_energy::{Batch, EnergyBatch, MassBatch};
+use selvedge_integrator::{Fixed, Inertia, Pins, Term};
+use selvedge_linsolve::BlockFilter;
+use selvedge_yarn_model::chart::{BUILT_IN_CHARTS, Chart, StitchPattern, read_knitout};
+use selvedge_yarn_model::knit::{KnitOptions, knitted};
+use selvedge_yarn_model::{
+    Draft, InertiaForce, JammingBending, LockedBending, LockedGravity, LockedInertia,
+    LockedStretch, ParallelYarns, PlainBending, SegmentInertia, StitchLength, StitchWrapping,
+    Woven, YarnGravity, YarnMaterial, YarnNetwork, YarnShear, YarnStretch, lumped_point_masses,
+    lumped_scalar_masses,
+};
+
+use crate::diagnostic::Diagnostics;
+use crate::file::Parsed;
+use crate::file::model::{Cloth, ClothShape, yarn_named};
+
+/// All yarns of a scene, in the solver's order.
+pub struct YarnCloth {
+    /// The network.
+    pub network: YarnNetwork,
+    /// Whether arc lengths are unknowns.
+    pub sliding: bool,
+}
+
+/// Yarns of a piece of cloth, flat and centred in the x-z plane with the right
+/// side up; `None` for cloth of another kind.
+pub(super) fn network(
+    parsed: &Parsed,
+    index: usize,
+    cloth: &Cloth,
+) -> Option<Result<YarnNetwork, Diagnostics>> {
+    let fail = |key: &str, message: String| {
+        let path = format!("cloth.{index}.{key}");
+        Diagnostics::from(parsed.locations.error("scene::yarns", &path, message))
+    };
+    let yarn = |key: &str, name: &str| {
+        yarn_named(&parsed.scene.yarn, name).ok_or_else(|| {
+            let known = parsed.scene.yarn.keys().map(String::as_str);
+            let known: Vec<&str> = known.chain(LIBRARY).collect();
+            fail(
+                key,
+                format!("there is no yarn `{name}`; there are {}", known.join(", ")),
+            )
+        })
+    };
+    let built = match &cloth.shape {
+        ClothShape::Knit {
+            chart,
+            stitches,
+            yarn: name,
+            course_pitch,
+            wale_pitch,
+            ..
+        } => yarn("yarn", name).and_then(|material| {
+            let chart = chart_named(parsed, chart, *stitches).map_err(|m| fail("chart", m))?;
+            let course = course_pitch.unwrap_or(5.2 * material.radius);
+            let wale = wale_pitch.unwrap_or(0.75 * course);
+            let options = KnitOptions::with_gauge(material, course, wale, 1.0);
+            let knitted = knitted(&chart, &options);
+            knitted
+                .map(|k| k.network)
+                .map_err(|e| fail("chart", e.to_string()))
+        }),
+        ClothShape::Woven {
+            draft,
+            yarns,
+            spacing,
+            crimp,
+            yarn: name,
+            weft_yarn,
+            ..
+        } => yarn("yarn", name).and_then(|warp| {
+            let draft = draft_named(parsed, draft).map_err(|m| fail("draft", m))?;
+            let mut woven = Woven::new(*yarns, [*spacing; 2], warp);
+            woven.crimp = [*crimp; 2];
+            if let Some(name) = weft_yarn {
+                woven.materials.push(yarn("weft_yarn", name)?);
+                woven.weft_materials = vec![1];
+            }
+            woven
+                .build(&draft)
+                .map_err(|e| fail("yarns", e.to_string()))
+        }),
+        _ => return None,
+    };
+    Some(built.map(laid_flat))
+}
+
+/// Yarns of the library.
+const LIBRARY: [&str; 4] = ["sweater", "shirt", "pullover", "weaving"];
+
+fn chart_named(parsed: &Parsed, name: &str, [width, rows]: [usize; 2]) -> Result<Chart, String> {
+    let pattern = if BUILT_IN_CHARTS.contains(&name) {
+        StitchPattern::built_in(name).map_err(|e| e.to_string())?
+    } else {
+        let text = file_text(parsed, name, &BUILT_IN_CHARTS)?;
+        if name.ends_with(".k") || name.ends_with(".knitout") || text.starts_with(";!knitout") {
+            return read_knitout(&text)
+                .map(|k| k.chart)
+                .map_err(|e| format!("{name}: {e}"));
+        }
+        StitchPattern::parse(&text).map_err(|e| format!("{name}:{e}"))?
+    };
+    pattern
+        .chart_of(width, rows)
+        .map_err(|e| format!("{name}: {e}"))
+}
+
+fn draft_named(parsed: &Parsed, name: &str) -> Result<Draft, String> {
+    const BUILT_IN: [&str; 4] = ["plain", "twill-2-2", "satin-5", "basket-2-2"];
+    if BUILT_IN.contains(&name) {
+        return Draft::named(name).map_err(|e| e.to_string());
+    }
+    let text = file_text(parsed, name, &BUILT_IN)?;
+    text.parse::<Draft>().map_err(|e| format!("{name}:{e}"))
+}
+
+fn file_text(parsed: &Parsed, name: &str, built_in: &[&str]) -> Result<String, String> {
+    let path = parsed.scene.resolve(Path::new(name));
+    std::fs::read_to_string(&path).map_err(|e| {
+        format!(
+            "`{name}` is neither built in ({}) nor a file that can be read: {e}",
+            built_in.join(", ")
+        )
+    })
+}
+
+/// From the x-y plane of the construction, right side towards +z, to that of
+/// sheets.
+fn laid_flat(mut network: YarnNetwork) -> YarnNetwork {
+    let mut low = [f64::INFINITY; 2];
+    let mut high = [f64::NEG_INFINITY; 2];
+    for p in &network.flat {
+        for i in 0..2 {
+            low[i] = low[i].min(p[i]);
+            high[i] = high[i].max(p[i]);
+        }
+    }
+    let [cx, cy] = [0, 1].map(|i| 0.5 * (low[i] + high[i]));
+    for p in &mut network.points {
+        *p = [p[0] - cx, p[2], cy - p[1]];
+    }
+    for n in &mut network.front {
+        *n = [n[0], n[2], -n[1]];
+    }
+    for p in &mut network.flat {
+        *p = [p[0] - low[0], p[1] - low[1]];
+    }
+    network
+}
+
+/// Coordinates by which corners and edges are selected [m]: what is within a
+/// stitch or a spacing of an edge lies on it.
+pub(super) fn selectable(network: &YarnNetwork, cloth: &Cloth) -> Vec<[f64; 2]> {
+    let margin = match &cloth.shape {
+        ClothShape::Woven { spacing, .. } => [0.75 * spacing; 2],
+        ClothShape::Knit {
+            course_pitch,
+            wale_pitch,
+            ..
+        } => {
+            let radius = network.materials.first().map_or(0.0, |m| m.radius);
+            let course = course_pitch.unwrap_or(5.2 * radius);
+            [0.6 * course, 0.6 * wale_pitch.unwrap_or(0.75 * course)]
+        }
+        _ => [0.0; 2],
+    };
+    let high = network.flat.iter().fold([0.0; 2], |h, p| {
+        [f64::max(h[0], p[0]), f64::max(h[1], p[1])]
+    });
+    let snap = |x: f64, i: usize| match x {
+        x if x <= margin[i] => 0.0,
+        x if x >= high[i] - margin[i] => high[i],
+        x => x,
+    };
+    let snapped = network.flat.iter().map(|p| [snap(p[0], 0), snap(p[1], 1)]);
+    snapped.collect()
+}
+
+/// Energies, inertia and unknowns of yarns.
+pub(super) struct YarnParts {
+    pub terms: Vec<Term>,
+    pub inertia: Inertia,
+    pub owners: Vec<u32>,
+}
+
+impl YarnCloth {
+    /// Everything that the yarns call for, under gravity [m/s²].
+    pub(super) fn parts(&self, gravity: [f64; 3]) -> YarnParts {
+        let n = &self.network;
+        let yarn = |of: fn(&YarnMaterial) -> f64| n.materials.iter().map(of).fold(0.0, f64::max);
+        let knit = !n.stitches.is_empty();
+        let mut terms: Vec<Box<dyn EnergyBatch>> = Vec::new();
+        let pulled = gravity.iter().any(|g| *g != 0.0);
+        if self.sliding {
+            terms.push(Box::new(Batch::new("yarn stretch", YarnStretch::new(n))));
+        } else {
+            let stretch = LockedStretch::stretch(n);
+            terms.push(Box::new(Batch::new("yarn stretch", stretch)));
+        }
+        if yarn(|m| m.bending_modulus) > 0.0 {
+            terms.push(match (self.sliding, knit) {
+                (true, true) => Box::new(Batch::new("yarn bending", JammingBending::new(n))),
+                (true, false) => Box::new(Batch::new("yarn bending", PlainBending::new(n))),
+                (false, true) => {
+                    let bending = LockedBending::<true>::bending(n);
+                    Box::new(Batch::new("yarn bending", bending))
+                }
+                (false, false) => {
+                    let bending = LockedBending::<false>::bending(n);
+                    Box::new(Batch::new("yarn bending", bending))
+                }
+            });
+        }
+        if knit && yarn(|m| m.wrapping) > 0.0 {
+            let wrapping = StitchWrapping::new(n);
+            terms.push(Box::new(Batch::new("stitch wrapping", wrapping)));
+        }
+        if !n.crossings.is_empty() && yarn(|m| m.shear_modulus) > 0.0 {
+            terms.push(Box::new(Batch::new("yarn shear", YarnShear::new(n))));
+        }
+        if self.sliding {
+            let parallel = ParallelYarns::new(n);
+            terms.push(Box::new(Batch::new("parallel yarns", parallel)));
+            if knit {
+                let length = StitchLength::new(n);
+                terms.push(Box::new(Batch::new("stitch length", length)));
+            }
+        }
+        if pulled {
+            terms.push(match self.sliding {
+                true => Box::new(Batch::new("yarn gravity", YarnGravity::new(n, gravity))),
+                false => {
+                    let gravity = LockedGravity::gravity(n, gravity);
+                    Box::new(Batch::new("yarn gravity", gravity))
+                }
+            });
+        }
+        terms.retain(|t| !t.is_empty());
+        let coupled: Box<dyn MassBatch> = match self.sliding {
+            true => Box::new(SegmentInertia::new(n, InertiaForce::Full)),
+            false => Box::new(LockedInertia::new(n)),
+        };
+        YarnParts {
+            terms: terms.into_iter().map(Term::fixed).collect(),
+            inertia: Inertia {
+                masses: lumped_point_masses(n),
+                scalar_masses: match self.sliding {
+                    true => lumped_scalar_masses(n),
+                    false => Vec::new(),
+                },
+                coupled: Some(coupled),
+                damping: yarn(|m| m.mass_damping),
+                ..Inertia::default()
+            },
+            owners: match self.sliding {
+                true => n.owners(),
+                false => Vec::new(),
+            },
+        }
+    }
+
+    /// Friction coefficient of the yarn at every point.
+    pub(super) fn point_friction(&self) -> Vec<f64> {
+        let n = &self.network;
+        let first = (0..n.nodes() as u32).map(|p| n.material_of(n.strands_of(p).start).friction);
+        first.collect()
+    }
+
+    /// Adds the arc lengths that are held to what is prescribed.
+    pub(super) fn hold(&self, pins: &mut Option<Pins>) {
+        let first = 3 * self.network.nodes() as u32;
+        let held = self.network.strands.iter().zip(first..);
+        for (_, place) in held.filter(|(s, _)| s.held) {
+            let none = || Pins {
+                filter: BlockFilter::new(),
+                points: Vec::new(),
+                trajectory: Box::new(Fixed(Vec::new())),
+            };
+            pins.get_or_insert_with(none).filter.fix_scalar(place);
+        }
+    }
+}

@@ -1,0 +1,154 @@
+use super::super::spec::Kind::{Bool, Choice, Integers, Text};
+use super::super::spec::{Key, Range, Table, key, number, optional};
+
+/// A kind of yarn.
+pub(super) static YARN: Table = Table::new(
+    "A kind of yarn: one of the library with changes.",
+    &[
+        key(
+            "library",
+            Choice(&[
+                ("sweater", "radius 0.75 mm, soft twist"),
+                ("shirt", "radius 0.25 mm"),
+                ("pullover", "radius 1.5 mm"),
+                ("weaving", "radius 0.25 mm, for woven cloth"),
+            ]),
+            "\"sweater\"",
+            "Yarn to start from.",
+        ),
+        optional("radius", number("m", Range::up_to(0.05)), "Radius R.").hint("m, not mm"),
+        optional(
+            "density",
+            number("kg/m³", Range::up_to(2e4)),
+            "Density of the yarn as a cylinder, air included.",
+        ),
+        optional(
+            "stretch_modulus",
+            number("Pa", Range::up_to(1e12)),
+            "Y; the yarn's stretch stiffness is Y π R².",
+        ),
+        optional(
+            "bending_modulus",
+            number("N", Range::zero_to(1e6)),
+            "B; the yarn's bending stiffness is B π R².",
+        ),
+        optional(
+            "shear_modulus",
+            number("Pa", Range::zero_to(1e12)),
+            "S of woven crossings; their shear stiffness is S R².",
+        ),
+        optional(
+            "wrapping",
+            number("N", Range::zero_to(1e6)),
+            "Stiffness k_w of yarns wrapped around each other in stitches.",
+        ),
+        optional(
+            "friction",
+            number("", Range::zero_to(100.0)),
+            "Coulomb friction coefficient between yarns.",
+        ),
+        optional(
+            "anchor_stiffness",
+            number("N/m", Range::up_to(1e9)),
+            "Stiffness k_f of the springs that stand for sticking.",
+        ),
+        optional(
+            "mass_damping",
+            number("1/s", Range::zero_to(1e6)),
+            "Damping α in proportion to mass.",
+        ),
+        optional(
+            "stiffness_damping",
+            number("s", Range::zero_to(1e3)),
+            "Damping β in proportion to stiffness.",
+        ),
+    ],
+);
+
+const SLIDING: Key = key(
+    "sliding",
+    Bool,
+    "true",
+    "Whether yarns slide through each other. Without, arc lengths are no unknowns.",
+);
+
+const YARN_NAME: Key = key(
+    "yarn",
+    Text,
+    "\"sweater\"",
+    "A yarn of this scene (`[yarn.NAME]`) or of the library.",
+);
+
+pub(super) static KNIT: &[Key] = &[
+    key(
+        "chart",
+        Text,
+        "\"stockinette\"",
+        "A built-in chart (stockinette, garter, rib-2x2, seed, feather-and-fan, \
+         openwork-diamonds, flame-chevron) or a chart file, relative to the scene file.",
+    ),
+    key(
+        "stitches",
+        Integers {
+            len: 2,
+            min: 1,
+            max: 4096,
+        },
+        "[20, 20]",
+        "Stitches in a row, and rows.",
+    ),
+    YARN_NAME,
+    optional(
+        "course_pitch",
+        number("m", Range::up_to(0.2)),
+        "Distance of neighbouring stitches in a row; default 5.2 radii of the yarn.",
+    )
+    .hint("m, not mm"),
+    optional(
+        "wale_pitch",
+        number("m", Range::up_to(0.2)),
+        "Distance of rows; default 0.75 of the course pitch.",
+    )
+    .hint("m, not mm"),
+    SLIDING,
+];
+
+pub(super) static WOVEN: &[Key] = &[
+    key(
+        "draft",
+        Text,
+        "\"plain\"",
+        "A built-in weave (plain, twill-2-2, satin-5, basket-2-2) or a draft file, relative to \
+         the scene file.",
+    ),
+    key(
+        "yarns",
+        Integers {
+            len: 2,
+            min: 1,
+            max: 20_000,
+        },
+        "[50, 50]",
+        "Warps and wefts.",
+    ),
+    key(
+        "spacing",
+        number("m", Range::up_to(0.2)),
+        "0.001",
+        "Distance of neighbouring yarns.",
+    )
+    .hint("m, not mm"),
+    key(
+        "crimp",
+        number("", Range::between(0.5, 2.0)),
+        "1",
+        "Length of a yarn at rest over the length that it spans in flat cloth.",
+    ),
+    YARN_NAME,
+    optional(
+        "weft_yarn",
+        Text,
+        "Yarn of the weft, where it is not that of the warp.",
+    ),
+    SLIDING,
+];

@@ -1,0 +1,28 @@
+//! Knitted cloth from a stitch chart.
+//!
+//! A [`Chart`](crate::chart::Chart) becomes loops ([`LoopGraph`]), loops get a
+//! place in the plane ([`relaxed_centres`]), and every loop drawn through others
+//! gets two stitch contacts of two nodes each [Cirio2017]. One yarn runs through
+//! all rows, back and forth.
+//!
+//! # Edges
+//!
+//! Two auxiliary yarns of the same kind keep the first and the last row from
+//! unravelling. The cast-on is a row of parents and the bind-off a row of
+//! children, loops of the ordinary shape; what would be their other contacts is
+//! two nodes of a single yarn a loop. Arc lengths of the auxiliary yarns are
+//! prescribed at every node, so they never slip. They are loops and not a
+//! straight thread for the sake of stiffness: the edge stretches by bending its
+//! loops as the rows within do, and lacks only their sliding.
+
+mod graph;
+mod network;
+mod options;
+mod relax;
+mod template;
+
+pub use graph::{KnitLoop, LoopGraph, Thread};
+pub use network::{Knitted, StitchLoop, StitchMap, knitted, knitted_part};
+pub use options::KnitOptions;
+pub use relax::relaxed_centres;
+pub use template::LoopTemplate;
