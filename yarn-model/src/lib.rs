@@ -34,4 +34,4 @@ pub use material::YarnMaterial;
 pub use network::{
     Crossing, NONE, NetworkBuilder, NodeContact, StitchContact, Strand, Visit, Yarn, YarnNetwork,
 };
-pub use weave::{Draft, Family, Span, WeaveError, Woven};
+pub use weave::{Draft, Family, WeaveError, Woven};
