@@ -1,7 +1,9 @@
 use selvedge_energy::{Batch, EnergyBatch, EvalPoint, StencilEnergy};
+use selvedge_yarn_model::chart::{BUILT_IN_CHARTS, StitchPattern};
+use selvedge_yarn_model::knit::{KnitOptions, knitted};
 use selvedge_yarn_model::{
     Compression, Draft, FrictionSettings, JammingBending, PlainBending, SlidingFriction, StackRule,
-    StitchWrapping, Woven, YarnStretch,
+    StitchWrapping, Woven, YarnNetwork, YarnStretch,
 };
 
 use crate::common::{at, double_stitch, state, yarn};
@@ -82,6 +84,42 @@ fn compression_turns_with_the_cloth() {
     }
 }
 
+fn knit(name: &str) -> YarnNetwork {
+    let chart = StitchPattern::built_in(name).unwrap().chart(1, 1).unwrap();
+    knitted(&chart, &KnitOptions::new(yarn())).unwrap().network
+}
+
+/// Normals of knits point from front to back in the layout, those of stacks
+/// too, and stay on their side when the loops leave the plane.
+#[test]
+fn normals_of_knits() {
+    for name in BUILT_IN_CHARTS {
+        let network = knit(name);
+        let mut friction = SlidingFriction::new(&network, FrictionSettings::default()).unwrap();
+        let mut q = state(&network);
+        for step in 0..3 {
+            friction.begin_step(&at(&network, &q, &q));
+            friction.commit(&at(&network, &q, &q));
+            let compression = friction.compression().unwrap();
+            let mut k = 0;
+            let normals: Vec<_> = compression.normals().collect();
+            for node in 0..network.nodes() as u32 {
+                for _ in 1..network.strands_of(node).len() {
+                    let front = network.front[node as usize];
+                    let along: f64 = (0..3).map(|i| normals[k][i] * front[i]).sum();
+                    assert!(along < -0.3, "{name} {step} {node} {along}");
+                    k += 1;
+                }
+            }
+            assert_eq!(k, compression.len());
+            let radius = network.materials[0].radius;
+            for x in q[..3 * network.nodes()].as_chunks_mut::<3>().0 {
+                x[2] += 0.1 * radius * (1e3 * x[0] + 2e3 * x[1]).sin();
+            }
+        }
+    }
+}
+
 /// Without offsets, the forces on the strands of every node add up to what the
 /// energies give.
 #[test]
@@ -89,7 +127,8 @@ fn forces_are_those_of_the_energies() {
     let woven = Woven::new([4, 5], [2e-3; 2], yarn())
         .build(&Draft::named("twill-2-2").unwrap())
         .unwrap();
-    for network in [woven, double_stitch(yarn())] {
+    let lace = knit("feather-and-fan");
+    for network in [woven, double_stitch(yarn()), lace] {
         let mut q = state(&network);
         let points = 3 * network.nodes();
         for (k, x) in q.iter_mut().enumerate() {
@@ -118,7 +157,6 @@ fn forces_are_those_of_the_energies() {
             add_forces(&bending, &at, &mut expected);
             let before = expected.clone();
             let wrapping = Batch::<_, 4, 12>::new("wrapping", StitchWrapping::new(&network));
-            assert_eq!(wrapping.len(), 4);
             add_forces(&wrapping, &at, &mut expected);
             let added = before.iter().zip(&expected).map(|(a, b)| (a - b).abs());
             assert!(added.fold(0.0, f64::max) > 1e-3);
