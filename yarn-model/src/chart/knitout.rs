@@ -165,6 +165,7 @@ struct Made {
 struct Machine {
     needles: BTreeMap<Needle, Vec<usize>>,
     loops: Vec<Held>,
+    /// Index of a front needle minus that of the back needle opposite.
     rack: i32,
     /// Row being made, 0 during the cast-on.
     row: usize,
@@ -302,8 +303,8 @@ impl Machine {
 
     fn transfer(&mut self, from: Needle, to: Needle) -> Result<(), KnitoutError> {
         let across = match (from.back, to.back) {
-            (false, true) => to.index - from.index,
-            (true, false) => from.index - to.index,
+            (false, true) => from.index - to.index,
+            (true, false) => to.index - from.index,
             _ => return self.syntax("a transfer goes to the other bed"),
         };
         if across != self.rack {
@@ -333,10 +334,11 @@ impl Machine {
             return Ok(());
         }
         let last = self.made.last().map(|m| m.needle);
-        if let Some(last) = last.filter(|_| self.row > 0 && right == self.right) {
-            if last.index == needle.index && last.back != needle.back {
-                return does_not_map(self.at(), "both beds make a loop at one needle");
-            }
+        if let Some(last) = last.filter(|_| self.row > 0 && right == self.right)
+            && last.index == needle.index
+            && last.back != needle.back
+        {
+            return does_not_map(self.at(), "both beds make a loop at one needle");
         }
         let beyond = last.is_some_and(|last| match right {
             true => needle.index > last.index,

@@ -12,8 +12,8 @@ const MAX_ROWS: usize = 10_000;
 const MAX_DEPTH: usize = 16;
 
 impl StitchPattern {
-    /// Reads the [text format](super), and checks with two repeats that every
-    /// row fits the one before.
+    /// Reads the [text format](super), and checks with two and three repeats that
+    /// every row fits the one before.
     ///
     /// # Errors
     /// [`ChartError`] for the first mistake, with its place in the text.
@@ -27,8 +27,10 @@ impl StitchPattern {
             start += line.len() + 1;
         }
         let pattern = reader.finish()?;
-        let across = usize::from(pattern.multiple > 0) * 2;
-        pattern.chart(across, 1)?;
+        // A repeat of the wrong size may fit one of the widths by chance.
+        for across in 2..=3 {
+            pattern.chart(across, 1)?;
+        }
         Ok(pattern)
     }
 }

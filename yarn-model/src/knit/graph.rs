@@ -8,7 +8,8 @@ pub struct KnitLoop {
     pub row: u32,
     /// Place in the row, from the left.
     pub column: u32,
-    /// Operation that made it; knit for cast-on and bind-off.
+    /// Operation that made it. The cast-on is knit, the bind-off shows the face
+    /// of the loops below it.
     pub op: Op,
     /// First loop that it is drawn through; its parents are consecutive.
     pub first_parent: u32,
@@ -70,8 +71,12 @@ impl LoopGraph {
             graph.add_row(&row.stitches);
             graph.close(row.ws);
         }
-        let live = graph.row(graph.rows.len() - 2).len();
-        graph.add_row(&vec![Op::KNIT; live]);
+        let live = graph.row(graph.row_count() - 1);
+        let bind_off: Vec<Op> = live
+            .map(|l| graph.loops[l as usize].op.purl())
+            .map(|purl| Op::Plain { purl })
+            .collect();
+        graph.add_row(&bind_off);
         graph.close(true);
         graph
     }

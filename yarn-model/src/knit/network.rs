@@ -13,8 +13,8 @@ const NARROW: f64 = 0.75;
 /// A knitted cloth and where its loops are.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Knitted {
-    /// The yarns: one through all rows (more where loops are left out), after
-    /// it or around it those of cast-on and bind-off.
+    /// The yarns: that of the cast-on, one through all rows (more where loops
+    /// are left out), that of the bind-off.
     pub network: YarnNetwork,
     /// The loops.
     pub map: StitchMap,
@@ -190,9 +190,10 @@ impl Knitter<'_> {
             );
         }
         let (centre, narrow) = self.contact_centre(l);
+        let shared = self.graph.loops[this.first_parent as usize].children > 1;
         let first = self.contacts.len() as u32;
         for (side, a, b, segment) in [(-1, 0, 1, 0), (1, 7, 6, 6)] {
-            let wide = if narrow < 1.0 { NARROW * narrow } else { 1.0 };
+            let wide = narrow * if shared { NARROW } else { 1.0 };
             let contact = StitchContact {
                 a: self.place(l, a, centre, wide),
                 b: self.place(l, b, centre, narrow),
@@ -214,7 +215,7 @@ impl Knitter<'_> {
         let this = self.graph.loops[l as usize];
         let parent = self.graph.loops[this.first_parent as usize];
         if parent.children < 2 {
-            return (self.centres[l as usize], 1.0);
+            return (self.centres[l as usize], self.room(l));
         }
         let count = f64::from(parent.children);
         let mut centre = [0.0; 2];
@@ -229,6 +230,25 @@ impl Knitter<'_> {
             centre[k] += aside * self.template.course * along[k];
         }
         (centre, 1.0 / count)
+    }
+
+    /// Distance to the nearer neighbour in the row, in courses, if less than
+    /// one: contacts of squeezed loops must not overlap.
+    fn room(&self, l: u32) -> f64 {
+        let row = self.graph.row(self.graph.loops[l as usize].row as usize);
+        let here = self.centres[l as usize];
+        let beside = [l.wrapping_sub(1), l + 1].into_iter();
+        let apart = beside.filter(|k| row.contains(k)).map(|k| {
+            let there = self.centres[k as usize];
+            (there[0] - here[0]).hypot(there[1] - here[1])
+        });
+        let room = apart.fold(f64::INFINITY, f64::min) / self.template.course;
+        // Round-off must not make the loops of a grid differ.
+        if room > 1.0 - 1e-9 {
+            1.0
+        } else {
+            room.max(0.3)
+        }
     }
 
     /// Unit vector along the row at a loop.

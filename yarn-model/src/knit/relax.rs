@@ -1,8 +1,9 @@
 use super::LoopGraph;
 
-/// Weight of the directions of rows and wales beside that of the distances: it
-/// keeps the net, which is free to shear, near its rows.
-const UPRIGHT: f64 = 0.05;
+/// Weight of the directions of rows and wales beside that of the distances. A
+/// net of distances alone shears freely, and rows squeezed by decreases buckle
+/// in zigzags; at 1 no spring longer than half its rest length can buckle.
+const UPRIGHT: f64 = 1.0;
 const ROUNDS: usize = 60;
 const ITERATIONS: usize = 200;
 
@@ -20,7 +21,7 @@ struct Spring {
 /// the centres minimise
 ///
 /// ```text
-/// Σ ½ (|x_b − x_a| − rest)² + ½ w |x_b − x_a − upright|²,   w = 0.05
+/// Σ ½ (|x_b − x_a| − rest)² + ½ w |x_b − x_a − upright|²,   w = 1
 /// ```
 /// by turns in the directions and in the places, a linear solve. A chart without
 /// increases and decreases gives the exact grid: loop `j` of the chart's row
