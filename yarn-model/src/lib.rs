@@ -19,8 +19,8 @@ mod vec3;
 mod weave;
 
 pub use contact::{
-    Compression, FrictionSettings, SlidingFriction, StackRule, StickRule, plane_normal,
-    stack_compression,
+    Compression, CompressionSettings, FrictionSettings, SlidingFriction, StackRule, StickRule,
+    TensionRule, plane_normal, stack_compression,
 };
 pub use damping::RayleighDamping;
 pub use error::YarnError;
