@@ -96,7 +96,6 @@ fn law<const JAMMING: bool>(theta: f64) -> [f64; 3] {
 
 /// Forces [N] on `x2, x0, x1`, the nodes in the order of the yarn, of bending
 /// with stiffness `k_b` [N·m²] over `du = u1 − u2` [m].
-#[allow(dead_code)] // for the compression of contacts
 #[inline(always)]
 pub(crate) fn bending_force<const JAMMING: bool>(k_b: f64, x2: V, x0: V, x1: V, du: f64) -> [V; 3] {
     let Some(angle) = Angle::new::<true>(x0 - x2, x1 - x0, SHORTEST * du) else {

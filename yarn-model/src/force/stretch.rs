@@ -52,7 +52,6 @@ impl YarnStretch {
 
 /// Force on `x1` [N], minus that on `x0`, of a segment of stiffness `k_s` [N].
 /// Zero for a segment without length.
-#[allow(dead_code)] // for the compression of contacts
 #[inline(always)]
 pub(crate) fn stretch_force(k_s: f64, x0: V, u0: f64, x1: V, u1: f64) -> V {
     let d = x1 - x0;

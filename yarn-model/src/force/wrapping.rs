@@ -245,7 +245,6 @@ fn sigma(network: &YarnNetwork, contact: &StitchContact, pair: WrapPair, points:
 
 /// Forces [N] on `x0, x1, x3, x4` of one element. `previous` is the angle
 /// ψ [rad] to continue from, the rest angle for one without history.
-#[allow(dead_code)] // for the compression of contacts
 #[inline(always)]
 pub(crate) fn wrapping_force(
     element: &WrapElement,

@@ -1,5 +1,6 @@
 //! Energies and inertia of yarn networks.
 
+mod charts;
 mod common;
 mod derivatives;
 mod golden;
