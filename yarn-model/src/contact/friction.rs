@@ -67,6 +67,20 @@ impl Default for FrictionSettings {
 /// Strands whose arc length is held get no force where they cross; an
 /// interface with both strands held has no stencil. History: the anchors and
 /// the interfaces' last normals.
+///
+/// ```
+/// use selvedge_energy::{Batch, EnergyBatch};
+/// use selvedge_yarn_model::{Draft, FrictionSettings, SlidingFriction, Woven, YarnMaterial};
+///
+/// let cloth = Woven::of_size([0.02, 0.01], [2e-3; 2], YarnMaterial::default());
+/// let network = cloth.build(&Draft::named("satin-5")?)?;
+/// // Nothing for yarns without friction.
+/// if let Some(friction) = SlidingFriction::new(&network, FrictionSettings::default()) {
+///     let term = Batch::<_, 2, 2>::new("yarn friction", friction);
+///     assert_eq!(term.len(), 10 * 5);
+/// }
+/// # Ok::<(), selvedge_yarn_model::WeaveError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct SlidingFriction {
     stencils: Vec<[u32; 2]>,
