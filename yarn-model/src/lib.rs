@@ -19,8 +19,8 @@ mod vec3;
 mod weave;
 
 pub use contact::{
-    Compression, FrictionSettings, SlidingFriction, StackRule, StickRule, plane_normal,
-    stack_compression,
+    Compression, CompressionSettings, FrictionSettings, SlidingFriction, StackRule, StickRule,
+    TensionRule, plane_normal, stack_compression,
 };
 pub use damping::RayleighDamping;
 pub use error::YarnError;
@@ -34,4 +34,4 @@ pub use material::YarnMaterial;
 pub use network::{
     Crossing, NONE, NetworkBuilder, NodeContact, StitchContact, Strand, Visit, Yarn, YarnNetwork,
 };
-pub use weave::{Draft, Family, Span, WeaveError, Woven};
+pub use weave::{Draft, Family, WeaveError, Woven};

@@ -21,6 +21,15 @@ fn planes_lines_and_points() {
     assert_eq!(plane_normal(&[[1.0; 3]; 5]), None);
     assert_eq!(plane_normal(&[[f64::NAN; 3]; 5]), None);
     assert_eq!(plane_normal(&[]), None);
+    // A sliver: 1:100, and turned.
+    let (s, c) = 0.7_f64.sin_cos();
+    let sliver = [[-1.0, 0.01], [-0.3, -0.02], [0.2, 0.02], [1.0, -0.01]];
+    let sliver = sliver.map(|[x, y]: [f64; 2]| [c * x - s * s * y, s * x + c * s * y, c * y]);
+    let n = plane_normal(&sliver).unwrap();
+    for p in &sliver {
+        let off: f64 = (0..3).map(|k| n[k] * (p[k] - sliver[0][k])).sum();
+        assert!(off.abs() < 1e-13, "{off}");
+    }
     // Millimetres far from the origin.
     let far = square.map(|p| p.map(|x| 1e-3 * x + 10.0));
     let n = plane_normal(&far).unwrap();
@@ -28,6 +37,8 @@ fn planes_lines_and_points() {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+
     /// Against the singular vectors of an established library.
     #[test]
     fn least_singular_vector(

@@ -7,7 +7,7 @@ use selvedge_yarn_model::{
 
 fn error(text: &str) -> (String, String) {
     let error = text.parse::<Draft>().unwrap_err();
-    let at = error.span().map_or(String::new(), |s| s.to_string());
+    let at = error.place().map_or(String::new(), |s| s.to_string());
     (at, error.to_string())
 }
 
@@ -207,6 +207,10 @@ fn mistakes_name_place_and_reason() {
             .to_string()
             .contains("satin-5")
     );
+    let text = "# é\r\nmatrix\r\n X . é\n";
+    let error = text.parse::<Draft>().unwrap_err();
+    assert_eq!(&text[error.place().unwrap().span.clone()], "é");
+    assert_eq!(error.place().unwrap().column, 6);
     assert!(Draft::from_rows::<Vec<bool>>(&[]).is_err());
     assert!(Draft::from_rows(&[vec![], vec![]]).is_err());
 }
@@ -237,7 +241,8 @@ proptest! {
     ) {
         let text = words.join(" ");
         if let Err(error) = text.parse::<Draft>() {
-            let at = error.span().unwrap();
+            let at = error.place().unwrap();
+            prop_assert!(text.get(at.span.clone()).is_some());
             let lines = text.lines().count().max(1);
             prop_assert!(at.line >= 1 && at.line <= lines && at.column >= 1);
         }

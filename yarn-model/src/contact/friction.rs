@@ -1,7 +1,7 @@
 use selvedge_energy::{Curvature, EvalPoint, StencilEnergy};
 
 use super::spring::{Law, Pull, StickRule};
-use super::{Compression, StackRule};
+use super::{Compression, CompressionSettings};
 use crate::{NONE, NodeContact, YarnNetwork};
 
 /// Settings of [`SlidingFriction`].
@@ -12,10 +12,8 @@ pub struct FrictionSettings {
     /// Anchor damping over `2 √(k_f ρ L/3)` [1], with `L` the mean rest length
     /// of the segments beside the node. 0 is none.
     pub damping: f64,
-    /// How stacks of more than two yarns press on each other.
-    pub stack: StackRule,
-    /// Distance of yarns that touch over the sum of their radii, `c_r` [1].
-    pub crimp: f64,
+    /// How hard yarns press on each other.
+    pub compression: CompressionSettings,
 }
 
 impl Default for FrictionSettings {
@@ -23,8 +21,7 @@ impl Default for FrictionSettings {
         Self {
             stick: StickRule::default(),
             damping: 0.0,
-            stack: StackRule::default(),
-            crimp: 1.0,
+            compression: CompressionSettings::default(),
         }
     }
 }
@@ -70,6 +67,20 @@ impl Default for FrictionSettings {
 /// Strands whose arc length is held get no force where they cross; an
 /// interface with both strands held has no stencil. History: the anchors and
 /// the interfaces' last normals.
+///
+/// ```
+/// use selvedge_energy::{Batch, EnergyBatch};
+/// use selvedge_yarn_model::{Draft, FrictionSettings, SlidingFriction, Woven, YarnMaterial};
+///
+/// let cloth = Woven::of_size([0.02, 0.01], [2e-3; 2], YarnMaterial::default());
+/// let network = cloth.build(&Draft::named("satin-5")?)?;
+/// // Nothing for yarns without friction.
+/// if let Some(friction) = SlidingFriction::new(&network, FrictionSettings::default()) {
+///     let term = Batch::<_, 2, 2>::new("yarn friction", friction);
+///     assert_eq!(term.len(), 10 * 5);
+/// }
+/// # Ok::<(), selvedge_yarn_model::WeaveError>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct SlidingFriction {
     stencils: Vec<[u32; 2]>,
@@ -105,7 +116,7 @@ impl SlidingFriction {
     /// `None` where there is none. Anchors start at the rest arc lengths.
     pub fn new(network: &YarnNetwork, settings: FrictionSettings) -> Option<Self> {
         let mut friction = Self::without_source(network, settings)?;
-        let compression = Compression::new(network, settings.stack, settings.crimp);
+        let compression = Compression::new(network, settings.compression);
         friction.history.extend(compression.normals().flatten());
         friction.source = Source::Computed(Box::new(compression));
         Some(friction)

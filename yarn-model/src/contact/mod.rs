@@ -7,7 +7,7 @@ mod spring;
 mod stack;
 mod wraps;
 
-pub use compression::Compression;
+pub use compression::{Compression, CompressionSettings, TensionRule};
 pub use friction::{FrictionSettings, SlidingFriction};
 pub use normal::plane_normal;
 pub use spring::StickRule;

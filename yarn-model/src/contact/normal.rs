@@ -7,6 +7,9 @@ use crate::{NONE, YarnNetwork};
 /// Share of the plane's larger extent below which its smaller one counts as
 /// none.
 const THIN: f64 = 1e-3;
+/// Product of the eigenvalues' distances from the least one below which it is
+/// computed twice.
+const CLOSE: f64 = 0.02;
 /// Part of `|t_i| |t_j|` that `n·(t_i × t_j)` must reach to decide the sign.
 const PARALLEL: f64 = 0.05;
 
@@ -38,10 +41,27 @@ fn fit(points: impl ExactSizeIterator<Item = V> + Clone) -> Option<V> {
     }
     let s = 1.0 / trace;
     let c = [xx * s, xy * s, xz * s, yy * s, yz * s, zz * s];
-    let least = least_eigenvalue(c);
-    let [xx, xy, xz, yy, yz, zz] = c;
-    // Rows of C − λI span the plane; the longest of their cross products has
-    // the length (λ_1 − λ)(λ_2 − λ) times the largest component of the normal.
+    let (mut n, mut size) = null_vector(c, least_eigenvalue(c));
+    if size < CLOSE && size > 0.5 * THIN * THIN {
+        // Close eigenvalues are exact to half the digits only; the Rayleigh
+        // quotient has twice as many as its vector.
+        let [xx, xy, xz, yy, yz, zz] = c;
+        let cn = V::new(
+            xx * n.x + xy * n.y + xz * n.z,
+            xy * n.x + yy * n.y + yz * n.z,
+            xz * n.x + yz * n.y + zz * n.z,
+        );
+        (n, size) = null_vector(c, n.dot(&cn));
+    }
+    // λ_1 is about 1 where λ_2 is small.
+    (size > THIN * THIN).then_some(n)
+}
+
+/// Unit vector that `C − λI` takes to zero. The rows of that matrix span the
+/// plane; the longest of their cross products, whose length is given too, is
+/// `(λ_1 − λ)(λ_2 − λ)` times the largest component of the vector.
+#[inline(always)]
+fn null_vector([xx, xy, xz, yy, yz, zz]: [f64; 6], least: f64) -> (V, f64) {
     let rows = [
         V::new(xx - least, xy, xz),
         V::new(xy, yy - least, yz),
@@ -58,9 +78,11 @@ fn fit(points: impl ExactSizeIterator<Item = V> + Clone) -> Option<V> {
             best = *c;
         }
     }
-    let length = best.norm();
-    // λ_1 is about 1 where λ_2 is small.
-    (length > THIN * THIN).then(|| best / length)
+    let size = best.norm();
+    match size > 0.0 {
+        true => (best / size, size),
+        false => (best, 0.0),
+    }
 }
 
 /// Least eigenvalue of a symmetric matrix `xx, xy, xz, yy, yz, zz` of trace 1,

@@ -13,7 +13,7 @@ use crate::{NONE, StitchWrapping, WrapElement, WrapPair, YarnNetwork};
 /// Angles are the ones nearest to those of the network as built; unlike
 /// [`StitchWrapping`] an element that turns further than π from there is not
 /// followed.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Wraps {
     elements: Vec<WrapElement>,
     /// Strands of `x0, x1, x3, x4`.
@@ -30,6 +30,9 @@ pub(super) struct Wraps {
 impl Wraps {
     pub fn new(network: &YarnNetwork) -> Self {
         let elements = StitchWrapping::elements(network);
+        if elements.iter().all(|e| e.stiffness == 0.0) {
+            return Self::default();
+        }
         let energy = StitchWrapping::new(network);
         let start = (0..elements.len()).map(|e| {
             let mut q = [0.0; 12];
@@ -41,22 +44,18 @@ impl Wraps {
         });
         let start = start.collect();
         let strands: Vec<_> = strands_of_elements(network, &elements);
-        let mut offsets = Vec::new();
-        let mut entries = Vec::new();
-        if !elements.is_empty() {
-            offsets.resize(network.strands.len() + 1, 0);
-            for s in strands.iter().flatten() {
-                offsets[*s as usize + 1] += 1;
-            }
-            for s in 0..network.strands.len() {
-                offsets[s + 1] += offsets[s];
-            }
-            let mut at = offsets.clone();
-            entries.resize(4 * elements.len(), 0);
-            for (k, s) in strands.iter().flatten().enumerate() {
-                entries[at[*s as usize] as usize] = k as u32;
-                at[*s as usize] += 1;
-            }
+        let mut offsets = vec![0; network.strands.len() + 1];
+        for s in strands.iter().flatten() {
+            offsets[*s as usize + 1] += 1;
+        }
+        for s in 0..network.strands.len() {
+            offsets[s + 1] += offsets[s];
+        }
+        let mut at = offsets.clone();
+        let mut entries = vec![0; 4 * elements.len()];
+        for (k, s) in strands.iter().flatten().enumerate() {
+            entries[at[*s as usize] as usize] = k as u32;
+            at[*s as usize] += 1;
         }
         Self {
             forces: vec![[V::zeros(); 4]; elements.len()],

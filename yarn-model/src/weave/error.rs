@@ -1,21 +1,5 @@
 use crate::YarnError;
-
-/// A place in the text of a draft, all numbers from 1.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Span {
-    /// Line.
-    pub line: usize,
-    /// Column in characters.
-    pub column: usize,
-    /// Number of characters.
-    pub length: usize,
-}
-
-impl std::fmt::Display for Span {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}:{}", self.line, self.column)
-    }
-}
+use crate::chart::Place;
 
 /// Which of the two families of yarns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,7 +29,7 @@ pub enum WeaveError {
     #[error("{at}: {source}")]
     At {
         /// The place.
-        at: Span,
+        at: Place,
         /// The mistake.
         source: Box<WeaveError>,
     },
@@ -151,15 +135,15 @@ pub enum WeaveError {
 
 impl WeaveError {
     /// Place in the text, if the mistake has one.
-    pub fn span(&self) -> Option<Span> {
+    pub fn place(&self) -> Option<&Place> {
         match self {
-            Self::At { at, .. } => Some(*at),
+            Self::At { at, .. } => Some(at),
             _ => None,
         }
     }
 
-    pub(super) fn at(self, at: Span) -> Self {
-        let source = Box::new(self);
+    pub(super) fn at(self, at: impl Into<Place>) -> Self {
+        let (at, source) = (at.into(), Box::new(self));
         Self::At { at, source }
     }
 }

@@ -6,5 +6,5 @@ mod text;
 mod woven;
 
 pub use draft::Draft;
-pub use error::{Family, Span, WeaveError};
+pub use error::{Family, WeaveError};
 pub use woven::Woven;

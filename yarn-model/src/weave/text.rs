@@ -4,7 +4,8 @@ use std::fmt;
 use std::str::FromStr;
 
 use super::draft::{LIMIT, limit};
-use super::{Draft, Family, Span, WeaveError};
+use super::{Draft, Family, WeaveError};
+use crate::chart::Place;
 
 impl FromStr for Draft {
     type Err = WeaveError;
@@ -14,7 +15,8 @@ impl FromStr for Draft {
         let end = Span {
             line: text.lines().count().max(1),
             column: text.lines().last().unwrap_or("").chars().count() + 1,
-            length: 0,
+            start: text.len(),
+            end: text.len(),
         };
         let loom = [
             (parts.threading.is_some(), "threading"),
@@ -54,8 +56,29 @@ impl fmt::Display for Draft {
     }
 }
 
-/// A row of a picture: where it stands, and its symbols with their columns.
-type Row = (Span, Vec<(usize, bool)>);
+/// Where symbols stand, to become a [`Place`].
+#[derive(Clone, Copy)]
+struct Span {
+    /// Line and column in characters, from 1.
+    line: usize,
+    column: usize,
+    /// Bytes of the text.
+    start: usize,
+    end: usize,
+}
+
+impl From<Span> for Place {
+    fn from(at: Span) -> Self {
+        Self {
+            line: at.line,
+            column: at.column,
+            span: at.start..at.end,
+        }
+    }
+}
+
+/// A row of a picture: where it stands, and where its symbols do.
+type Row = (Span, Vec<(Span, bool)>);
 /// Where a part starts, and what it holds.
 type Part<T> = Option<(Span, Vec<T>)>;
 /// A number and where it stands.
@@ -83,9 +106,11 @@ impl Parts {
     fn read(text: &str) -> Result<Self, WeaveError> {
         let mut parts = Self::default();
         let mut section = None;
-        for (k, line) in text.lines().enumerate() {
-            let line = line.split('#').next().unwrap_or("");
-            let mut words = words(line, k + 1);
+        let mut start = 0;
+        for (k, whole) in text.split_inclusive('\n').enumerate() {
+            let line = whole.split('#').next().unwrap_or("");
+            let mut words = words(line, k + 1, start);
+            start += whole.len();
             if let Some((at, word)) = words.first() {
                 let at = *at;
                 let (name, next) = match word.as_str() {
@@ -198,10 +223,11 @@ fn take_treadling(treadling: &mut Vec<Vec<Number>>, words: &[Word]) -> Result<()
 type Word = (Span, String);
 
 /// Words of a line; `:` and `+` are words of their own.
-fn words(line: &str, number: usize) -> Vec<Word> {
+fn words(line: &str, number: usize, start: usize) -> Vec<Word> {
     let mut words: Vec<Word> = Vec::new();
     let mut open = false;
-    for (k, symbol) in line.chars().enumerate() {
+    for (k, (byte, symbol)) in line.char_indices().enumerate() {
+        let end = start + byte + symbol.len_utf8();
         let alone = symbol == ':' || symbol == '+';
         if symbol.is_whitespace() {
             open = false;
@@ -209,14 +235,15 @@ fn words(line: &str, number: usize) -> Vec<Word> {
         }
         match words.last_mut() {
             Some((at, word)) if open && !alone => {
-                at.length += 1;
+                at.end = end;
                 word.push(symbol);
             }
             _ => {
                 let at = Span {
                     line: number,
                     column: k + 1,
-                    length: 1,
+                    start: start + byte,
+                    end,
                 };
                 words.push((at, symbol.into()));
             }
@@ -241,35 +268,32 @@ fn number(word: &Word, expected: &'static str) -> Result<Number, WeaveError> {
 }
 
 fn row(words: &[Word]) -> Result<Row, WeaveError> {
-    let (first, last) = (words[0].0, words[words.len() - 1].0);
     let at = Span {
-        length: last.column + last.length - first.column,
-        ..first
+        end: words[words.len() - 1].0.end,
+        ..words[0].0
     };
     let mut symbols = Vec::new();
-    for (at, word) in words {
-        for (k, symbol) in word.chars().enumerate() {
-            let column = at.column + k;
+    for (word_at, word) in words {
+        for (k, (byte, symbol)) in word.char_indices().enumerate() {
+            let at = Span {
+                column: word_at.column + k,
+                start: word_at.start + byte,
+                end: word_at.start + byte + symbol.len_utf8(),
+                ..*word_at
+            };
             let over = match symbol {
                 'X' | 'x' | '|' | '1' => true,
                 '.' | '-' | '0' => false,
-                _ => {
-                    let length = 1;
-                    return Err(WeaveError::Symbol { symbol }.at(Span {
-                        column,
-                        length,
-                        ..*at
-                    }));
-                }
+                _ => return Err(WeaveError::Symbol { symbol }.at(at)),
             };
-            symbols.push((column, over));
+            symbols.push((at, over));
         }
     }
     Ok((at, symbols))
 }
 
 fn picture(at: Span, rows: Vec<Row>) -> Result<Draft, WeaveError> {
-    let Some((top, first)) = rows.first() else {
+    let Some((_, first)) = rows.first() else {
         return Err(WeaveError::Empty { what: "weft" }.at(at));
     };
     for (k, (at, row)) in rows.iter().enumerate() {
@@ -290,11 +314,7 @@ fn picture(at: Span, rows: Vec<Row>) -> Result<Draft, WeaveError> {
                 family: Family::Warp,
                 index,
                 ..
-            } => Span {
-                column: first[index - 1].0,
-                length: 1,
-                ..*top
-            },
+            } => first[index - 1].0,
             WeaveError::Float { index, .. } => rows[rows.len() - index].0,
             _ => at,
         };

@@ -1,13 +1,16 @@
 use selvedge_energy::{Batch, EnergyBatch, EvalPoint, StencilEnergy};
+use selvedge_yarn_model::chart::{BUILT_IN_CHARTS, StitchPattern};
+use selvedge_yarn_model::knit::{KnitOptions, knitted};
 use selvedge_yarn_model::{
-    Compression, Draft, FrictionSettings, JammingBending, PlainBending, SlidingFriction, StackRule,
-    StitchWrapping, Woven, YarnStretch,
+    Compression, CompressionSettings, Draft, FrictionSettings, JammingBending, PlainBending,
+    SlidingFriction, StitchWrapping, TensionRule, Woven, YarnNetwork, YarnStretch,
 };
 
 use crate::common::{at, double_stitch, state, yarn};
 
-/// In a plain weave of yarns without bending, stretched by `ε`, the compression
-/// is `4 R T/l`: both yarns bend by `2 R` over every spacing.
+/// In a plain weave of yarns without bending, both yarns go up and down by `2 R`
+/// over every spacing: the compression is `4 R T/l`, with the tension `T` of the
+/// flat yarns or of the crimped ones. Without stretch the former press not.
 #[test]
 fn compression_of_a_stretched_plain_weave() {
     let mut material = yarn();
@@ -16,28 +19,42 @@ fn compression_of_a_stretched_plain_weave() {
     let network = Woven::new([6, 6], [4e-3; 2], material)
         .build(&Draft::named("plain").unwrap())
         .unwrap();
-    let mut friction = SlidingFriction::new(&network, FrictionSettings::default()).unwrap();
-    let mut q = state(&network);
-    for x in &mut q[..3 * network.nodes()] {
-        *x *= 1.01;
-    }
-    let at = at(&network, &q, &q);
-    friction.begin_step(&at);
-    let l = ((1.01 * 4e-3_f64).powi(2) + 4.0 * radius * radius).sqrt();
-    let expected = 4.0 * radius * k_s * (1.0 / 4e-3 - 1.0 / l);
-    let lambda = friction.compression().unwrap().lambda();
-    // Crossings come first, one interface each; the ring around is at the rim.
-    for j in 1..5 {
-        for i in 1..5 {
-            let found = lambda[6 * j + i];
-            assert!(
-                (found - expected).abs() < 1e-12 * expected,
-                "{found} {expected}"
-            );
+    for tension in [TensionRule::Network, TensionRule::Offset] {
+        for stretch in [1.0, 1.01] {
+            let settings = FrictionSettings {
+                compression: CompressionSettings {
+                    tension,
+                    ..CompressionSettings::default()
+                },
+                ..FrictionSettings::default()
+            };
+            let mut friction = SlidingFriction::new(&network, settings).unwrap();
+            let mut q = state(&network);
+            for x in &mut q[..3 * network.nodes()] {
+                *x *= stretch;
+            }
+            friction.begin_step(&at(&network, &q, &q));
+            let flat = stretch * 4e-3;
+            let l = (flat * flat + 4.0 * radius * radius).sqrt();
+            let pulled = if tension == TensionRule::Offset {
+                l
+            } else {
+                flat
+            };
+            let expected = 4.0 * radius * k_s * (pulled / 4e-3 - 1.0) / l;
+            let lambda = friction.compression().unwrap().lambda();
+            // Crossings come first, one interface each; the ring around is at
+            // the rim.
+            for j in 1..5 {
+                for i in 1..5 {
+                    let found = lambda[6 * j + i];
+                    assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+                }
+            }
+            for (limit, lambda) in friction.limits().iter().zip(lambda) {
+                assert!((limit - 0.3 * lambda).abs() < 1e-16);
+            }
         }
-    }
-    for (limit, lambda) in friction.limits().iter().zip(lambda) {
-        assert!((limit - 0.3 * lambda).abs() < 1e-16);
     }
 }
 
@@ -82,6 +99,79 @@ fn compression_turns_with_the_cloth() {
     }
 }
 
+fn knit(name: &str) -> YarnNetwork {
+    let chart = StitchPattern::built_in(name).unwrap().chart(1, 1).unwrap();
+    knitted(&chart, &KnitOptions::new(yarn())).unwrap().network
+}
+
+/// Normals of knits point from front to back in the layout, those of stacks
+/// too, and stay on their side when the loops leave the plane.
+#[test]
+fn normals_of_knits() {
+    for name in BUILT_IN_CHARTS {
+        let network = knit(name);
+        let mut friction = SlidingFriction::new(&network, FrictionSettings::default()).unwrap();
+        let mut q = state(&network);
+        for step in 0..3 {
+            friction.begin_step(&at(&network, &q, &q));
+            friction.commit(&at(&network, &q, &q));
+            let compression = friction.compression().unwrap();
+            let mut k = 0;
+            let normals: Vec<_> = compression.normals().collect();
+            for node in 0..network.nodes() as u32 {
+                for _ in 1..network.strands_of(node).len() {
+                    let front = network.front[node as usize];
+                    let along: f64 = (0..3).map(|i| normals[k][i] * front[i]).sum();
+                    // The layout is flat.
+                    let most = if step == 0 { -1.0 + 1e-12 } else { 0.0 };
+                    assert!(along < most, "{name} {step} {node} {along}");
+                    k += 1;
+                }
+            }
+            assert_eq!(k, compression.len());
+            let radius = network.materials[0].radius;
+            for x in q[..3 * network.nodes()].as_chunks_mut::<3>().0 {
+                x[2] += 0.1 * radius * (1e3 * x[0] + 2e3 * x[1]).sin();
+            }
+        }
+    }
+}
+
+/// A stockinette whose yarns are as long as they lie presses with a little
+/// bending and wrapping; stretched by 5 %, all contacts press with a part of
+/// the tension.
+#[test]
+fn stretched_stockinette_presses() {
+    let network = knit("stockinette");
+    let mut q = state(&network);
+    let points = 3 * network.nodes();
+    for yarn in 0..network.yarns.len() as u32 {
+        let mut before: Option<(usize, f64)> = None;
+        for s in network.along(yarn) {
+            let node = network.strands[s as usize].node as usize;
+            let arc = before.map_or(0.0, |(from, arc)| {
+                let way = |i: usize| network.points[node][i] - network.points[from][i];
+                arc + (0..3).map(|i| way(i).powi(2)).sum::<f64>().sqrt()
+            });
+            q[points + s as usize] = arc;
+            before = Some((node, arc));
+        }
+    }
+    let mut compression = Compression::new(&network, CompressionSettings::default());
+    let normals: Vec<f64> = compression.normals().flatten().collect();
+    let (x, arcs) = q.split_at(points);
+    compression.update(x, arcs, &normals);
+    // Loops at the borders bend more than the others.
+    let mean = compression.lambda().iter().sum::<f64>() / compression.len() as f64;
+    let stretched: Vec<f64> = x.iter().map(|x| 1.05 * x).collect();
+    compression.update(&stretched, arcs, &normals);
+    let tension = 0.05 * network.materials[0].stretch_stiffness();
+    assert!(mean < 0.005 * tension, "{mean} {tension}");
+    for l in compression.lambda() {
+        assert!(*l > 0.1 * tension && *l < 2.0 * tension, "{l} {tension}");
+    }
+}
+
 /// Without offsets, the forces on the strands of every node add up to what the
 /// energies give.
 #[test]
@@ -89,13 +179,18 @@ fn forces_are_those_of_the_energies() {
     let woven = Woven::new([4, 5], [2e-3; 2], yarn())
         .build(&Draft::named("twill-2-2").unwrap())
         .unwrap();
-    for network in [woven, double_stitch(yarn())] {
+    let lace = knit("feather-and-fan");
+    for network in [woven, double_stitch(yarn()), lace] {
         let mut q = state(&network);
         let points = 3 * network.nodes();
         for (k, x) in q.iter_mut().enumerate() {
             *x += if k < points { 2e-4 } else { 5e-5 } * (7.0 * k as f64).sin();
         }
-        let mut compression = Compression::new(&network, StackRule::Exact, 0.0);
+        let settings = CompressionSettings {
+            crimp: 0.0,
+            ..CompressionSettings::default()
+        };
+        let mut compression = Compression::new(&network, settings);
         let normals: Vec<f64> = compression.normals().flatten().collect();
         let (x, arcs) = q.split_at(points);
         compression.update(x, arcs, &normals);
@@ -118,7 +213,6 @@ fn forces_are_those_of_the_energies() {
             add_forces(&bending, &at, &mut expected);
             let before = expected.clone();
             let wrapping = Batch::<_, 4, 12>::new("wrapping", StitchWrapping::new(&network));
-            assert_eq!(wrapping.len(), 4);
             add_forces(&wrapping, &at, &mut expected);
             let added = before.iter().zip(&expected).map(|(a, b)| (a - b).abs());
             assert!(added.fold(0.0, f64::max) > 1e-3);
