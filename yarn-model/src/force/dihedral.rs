@@ -64,6 +64,12 @@ impl Dihedral {
         })
     }
 
+    /// Heights of the wings above the axis [m].
+    #[inline(always)]
+    pub fn heights(&self) -> [f64; 2] {
+        [1.0 / self.wings[0].inverse, 1.0 / self.wings[1].inverse]
+    }
+
     /// The signed angle in [−π, π], zero when the wings are opposite.
     #[inline(always)]
     pub fn angle(&self) -> f64 {

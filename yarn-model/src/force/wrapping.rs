@@ -60,6 +60,16 @@ pub struct WrapElement {
 /// history) and continued from, so that an element swept through ±π keeps its
 /// energy and force.
 ///
+/// **Fading.** Near a wing in line with the axis the force grows as the inverse
+/// of the wing's height η, and the angle means nothing for yarns of a radius. A
+/// step keeps `k_w` times, for both wings,
+///
+/// ```text
+/// η⁴/(η⁴ + η0⁴),   η0 = L/4
+/// ```
+/// taken where the step starts; 0.99 and more in a stitch at rest. Deviation:
+/// [Cirio2017] has no such factor.
+///
 /// Degenerate cases: a wing in line with the axis (`|v| < 1e-8 L²`) or an axis
 /// without length has no angle; the element is ignored.
 #[derive(Clone, Debug)]
@@ -68,6 +78,22 @@ pub struct StitchWrapping {
     data: Vec<Data>,
     rest: f64,
     previous: Vec<f64>,
+    /// Factors of fading; empty without.
+    weights: Vec<f64>,
+}
+
+/// Height of a wing at which an element fades to a half, in contact lengths.
+const FADE: f64 = 0.25;
+
+/// Factor of fading.
+#[inline(always)]
+fn faded(frame: &Dihedral, length: f64) -> f64 {
+    let floor = (FADE * length).powi(4);
+    let [a, b] = frame.heights().map(|h| {
+        let h4 = (h * h) * (h * h);
+        h4 / (h4 + floor)
+    });
+    a * b
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -76,17 +102,38 @@ struct Data {
     /// Square of the least `|v|` [m⁴].
     floor: f64,
     sigma: f64,
+    /// Rest length of the contact [m].
+    length: f64,
 }
 
 impl StitchWrapping {
-    /// Elements of all stitch contacts with the rest angle ψ0 = π/2. Angles
-    /// continue from those of the network's points, within π of ψ0.
+    /// Elements of all stitch contacts with the rest angle ψ0 = π/2, fading.
+    /// Angles continue from those of the network's points, within π of ψ0.
     pub fn new(network: &YarnNetwork) -> Self {
-        Self::from_elements(&Self::elements(network), &network.points, FRAC_PI_2)
+        let elements = Self::elements(network);
+        let mut energy = Self::from_elements(&elements, &network.points, FRAC_PI_2);
+        energy.weights = vec![1.0; elements.len()];
+        energy.fade(|stencil| gathered(stencil, &network.points));
+        energy
+    }
+
+    /// Factors of fading for local unknowns of the elements.
+    fn fade(&mut self, at: impl Fn(&[u32; 4]) -> [f64; 12]) {
+        let elements = self.stencils.iter().zip(&self.data);
+        for ((stencil, data), weight) in elements.zip(&mut self.weights) {
+            let frame = frame(&at(stencil), data.floor);
+            *weight = frame.map_or(0.0, |f| faded(&f, data.length));
+        }
+    }
+
+    /// `k_w L` of an element in this step [N·m].
+    #[inline(always)]
+    fn stiffness(&self, e: usize) -> f64 {
+        self.data[e].stiffness * self.weights.get(e).copied().unwrap_or(1.0)
     }
 
     /// Given elements, the points where their angles start [m], and the rest
-    /// angle ψ0 [rad].
+    /// angle ψ0 [rad]; they do not fade.
     ///
     /// # Panics
     /// When an element names a point that does not exist.
@@ -99,16 +146,15 @@ impl StitchWrapping {
                     stiffness: e.stiffness,
                     floor: (FLAT * e.length * e.length).powi(2),
                     sigma: e.sigma,
+                    length: e.length,
                 })
                 .collect(),
             rest,
             previous: vec![rest; elements.len()],
+            weights: Vec::new(),
         };
         for e in 0..elements.len() {
-            let mut q = [0.0; 12];
-            for (node, point) in q.as_chunks_mut::<3>().0.iter_mut().zip(&elements[e].points) {
-                *node = points[*point as usize];
-            }
+            let q = gathered(&elements[e].points, points);
             if let Some(angle) = energy.angle(e, &q) {
                 energy.previous[e] = angle;
             }
@@ -170,6 +216,14 @@ impl StitchWrapping {
         let angle = unwrap(data.sigma * frame.angle(), self.previous[e]);
         Some((frame, angle - self.rest))
     }
+}
+
+fn gathered(stencil: &[u32; 4], points: &[[f64; 3]]) -> [f64; 12] {
+    let mut q = [0.0; 12];
+    for (x, &p) in q.as_chunks_mut::<3>().0.iter_mut().zip(stencil) {
+        *x = points[p as usize];
+    }
+    q
 }
 
 #[inline(always)]
@@ -243,7 +297,7 @@ fn sigma(network: &YarnNetwork, contact: &StitchContact, pair: WrapPair, points:
     }
 }
 
-/// Forces [N] on `x0, x1, x3, x4` of one element. `previous` is the angle
+/// Forces [N] on `x0, x1, x3, x4` of one element, faded where it is. `previous` is the angle
 /// ψ [rad] to continue from, the rest angle for one without history.
 #[inline(always)]
 pub(crate) fn wrapping_force(
@@ -257,7 +311,8 @@ pub(crate) fn wrapping_force(
         return [V::zeros(); 4];
     };
     let psi = unwrap(element.sigma * frame.angle(), previous);
-    let moment = element.stiffness * (psi - rest) * element.sigma;
+    let stiffness = element.stiffness * faded(&frame, element.length);
+    let moment = stiffness * (psi - rest) * element.sigma;
     frame.gradient().map(|g| g * -moment)
 }
 
@@ -271,7 +326,7 @@ impl StencilEnergy<4, 12> for StitchWrapping {
     #[inline]
     fn value(&self, e: usize, q: &[f64; 12], _: &EvalPoint<'_>) -> f64 {
         match self.wrapped(e, q) {
-            Some((_, strain)) => 0.5 * self.data[e].stiffness * strain * strain,
+            Some((_, strain)) => 0.5 * self.stiffness(e) * strain * strain,
             None => 0.0,
         }
     }
@@ -282,9 +337,7 @@ impl StencilEnergy<4, 12> for StitchWrapping {
             *g = [0.0; 12];
             return 0.0;
         };
-        let Data {
-            stiffness, sigma, ..
-        } = self.data[e];
+        let (stiffness, sigma) = (self.stiffness(e), self.data[e].sigma);
         for (i, psi) in frame.gradient().into_iter().enumerate() {
             set(g, 3 * i, psi * (stiffness * strain * sigma));
         }
@@ -306,9 +359,7 @@ impl StencilEnergy<4, 12> for StitchWrapping {
             *h = [[0.0; 12]; 12];
             return 0.0;
         };
-        let Data {
-            stiffness, sigma, ..
-        } = self.data[e];
+        let (stiffness, sigma) = (self.stiffness(e), self.data[e].sigma);
         let moment = stiffness * strain * sigma;
         let psi = frame.gradient();
         for i in 0..4 {
@@ -324,6 +375,10 @@ impl StencilEnergy<4, 12> for StitchWrapping {
             frame.add_second(moment, h);
         }
         0.5 * stiffness * strain * strain
+    }
+
+    fn begin_step(&mut self, at: &EvalPoint<'_>) {
+        self.fade(|stencil| at.gather_start::<4, 12>(&[3; 4], stencil));
     }
 
     fn commit(&mut self, at: &EvalPoint<'_>) {
@@ -348,6 +403,7 @@ impl StencilEnergy<4, 12> for StitchWrapping {
         size_of_val(&self.stencils[..])
             + size_of_val(&self.data[..])
             + size_of_val(&self.previous[..])
+            + size_of_val(&self.weights[..])
     }
 }
 
