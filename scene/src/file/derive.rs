@@ -35,8 +35,23 @@ pub(crate) fn derive(
     let directory = Path::new("out").join(name).display().to_string();
     set(tree, "output", "directory", || json!(directory));
     let read = |table: &str, key: &str| tree.get(table).and_then(|t| t.get(key)).cloned();
+    let kinds = items(tree, "cloth").iter().filter_map(|c| c.get("kind"));
+    let yarns = kinds
+        .filter_map(Json::as_str)
+        .any(|k| OF_YARNS.contains(&k));
     let max_step = read("integrator", "max_step").and_then(|s| s.as_f64());
     let norm = read("integrator", "residual_norm");
+    set(tree, "relaxation", "enabled", || json!(!yarns));
+    set(tree, "stop", "kinetic_energy", || {
+        json!(if yarns { 1e-14 } else { 1e-8 })
+    });
+    set(tree, "integrator", "kind", || {
+        json!(if yarns {
+            "linearised-euler"
+        } else {
+            "backward-euler"
+        })
+    });
     set(tree, "integrator", "min_step", || {
         json!(max_step.unwrap_or(1e-3) / (1u32 << 20) as f64)
     });
@@ -48,6 +63,9 @@ pub(crate) fn derive(
         })
     });
 }
+
+/// Kinds of cloth that are made of yarns.
+const OF_YARNS: [&str; 2] = ["knit", "woven"];
 
 /// The name of the only cloth or button, for those that do not say which.
 fn only_one(

@@ -6,7 +6,7 @@ use super::super::spec::{
 pub(super) static INTEGRATOR: Table = Table::new(
     "",
     &[
-        key(
+        derived(
             "kind",
             Choice(&[
                 (
@@ -19,7 +19,7 @@ pub(super) static INTEGRATOR: Table = Table::new(
                      controlled",
                 ),
             ]),
-            "\"backward-euler\"",
+            "`backward-euler`; `linearised-euler` for cloth of yarns",
             "Time stepping scheme.",
         ),
         key(
@@ -121,7 +121,12 @@ pub(super) static INTEGRATOR: Table = Table::new(
 pub(super) static RELAXATION: Table = Table::new(
     "",
     &[
-        key("enabled", Bool, "true", "Whether to begin gently."),
+        derived(
+            "enabled",
+            Bool,
+            "true; false for cloth of yarns",
+            "Whether to begin gently.",
+        ),
         key(
             "duration",
             number("s", NOT_NEGATIVE),
@@ -158,10 +163,10 @@ pub(super) static STOP: Table = Table::new(
             "99",
             "Percentile of the points' kinetic energies that counts.",
         ),
-        key(
+        derived(
             "kinetic_energy",
             number("J", POSITIVE),
-            "1e-8",
+            "1e-8 J; 1e-14 J for cloth of yarns, whose points weigh some milligrams",
             "Kinetic energy of one point below which it rests.",
         ),
         key(

@@ -1,0 +1,201 @@
+//! Cloth of yarns from the scene file to a simulation.
+
+use selvedge_integrator::{Outcome, Simulation};
+use selvedge_scene::build::BuiltScene;
+use selvedge_scene::file;
+
+fn build(text: &str, overrides: &[(&str, &str)]) -> Result<BuiltScene, String> {
+    let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
+    let path = folder.path().join("yarns.toml");
+    std::fs::write(&path, text).map_err(|e| e.to_string())?;
+    let overrides: Vec<(String, String)> = overrides
+        .iter()
+        .map(|(k, v)| ((*k).to_owned(), (*v).to_owned()))
+        .collect();
+    let told = |findings: selvedge_scene::diagnostic::Diagnostics| {
+        let all = findings.findings().iter().map(ToString::to_string);
+        all.collect::<Vec<_>>().join("\n")
+    };
+    let parsed = file::read(&path, &overrides).map_err(told)?;
+    BuiltScene::new(parsed).map_err(told)
+}
+
+fn simulation(built: &BuiltScene) -> Simulation {
+    let made = built.simulation(built.geometry.start(), &built.drape_stage());
+    match made {
+        Ok(made) => made.simulation,
+        Err(findings) => panic!("{} findings", findings.findings().len()),
+    }
+}
+
+fn run(built: &BuiltScene, steps: usize, threads: usize) -> Simulation {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.expect("threads").install(|| {
+        let mut simulation = simulation(built);
+        for _ in 0..steps {
+            let outcome = simulation.advance().expect("a step");
+            assert!(matches!(outcome, Outcome::Accepted { .. }), "{outcome:?}");
+        }
+        simulation
+    })
+}
+
+const KNIT: &str = "[[cloth]]\nkind = \"knit\"\nstitches = [10, 10]\n\
+                    [simulation]\ngravity = [0, 0, 0]\n";
+
+const WOVEN: &str = "[[cloth]]\nkind = \"woven\"\nyarns = [8, 9]\n\
+                     yarn = \"weaving\"\n[[pin]]\nselect = { edge = \"left\" }\n";
+
+/// Points in the scene's order and the width along course and wale [m].
+fn extent(built: &BuiltScene, simulation: &Simulation) -> [f64; 3] {
+    let q = built.geometry.flat_to_scene(&simulation.state().q);
+    let (points, _) = q.as_chunks::<3>();
+    std::array::from_fn(|i| {
+        let of = points.iter().map(|p| p[i]);
+        of.clone().fold(f64::NEG_INFINITY, f64::max) - of.fold(f64::INFINITY, f64::min)
+    })
+}
+
+/// Mean of `y` weighted by the squared distance from the middle along course
+/// and wale: positive where those edges rise to the right side [m].
+fn curl(built: &BuiltScene, simulation: &Simulation) -> [f64; 2] {
+    let q = built.geometry.flat_to_scene(&simulation.state().q);
+    let (points, _) = q.as_chunks::<3>();
+    let n = points.len() as f64;
+    let mean = points.iter().map(|p| p[1]).sum::<f64>() / n;
+    [0, 2].map(|axis| {
+        let weight = |p: &[f64; 3]| p[axis] * p[axis];
+        let sum: f64 = points.iter().map(weight).sum();
+        let moment: f64 = points.iter().map(|p| weight(p) * (p[1] - mean)).sum();
+        moment / sum
+    })
+}
+
+/// Stockinette curls to the back at its sides and to the front at top and
+/// bottom; rib draws together across and stays flatter.
+#[test]
+fn knits_curl_and_draw_together() {
+    let stockinette = build(KNIT, &[]).expect("a scene");
+    let curled = run(&stockinette, 300, 1);
+    let [sides, ends] = curl(&stockinette, &curled);
+    assert!(sides < -1e-4 && ends > 1e-4, "{sides} {ends}");
+    let size = [0, 2].map(|i| extent(&stockinette, &simulation(&stockinette))[i]);
+
+    let rib = build(
+        KNIT,
+        &[
+            ("cloth.0.chart", "rib-2x2"),
+            ("cloth.0.stitches", "[12, 10]"),
+        ],
+    );
+    let rib = rib.expect("a scene");
+    let before = extent(&rib, &simulation(&rib));
+    let drawn = extent(&rib, &run(&rib, 300, 1));
+    assert!(drawn[0] < 0.75 * before[0], "{before:?} {drawn:?}");
+    assert!(drawn[2] > 0.8 * before[2], "{before:?} {drawn:?}");
+    assert!(size[0] > 0.0 && size[1] > 0.0);
+}
+
+/// The same bits for one thread and two.
+#[test]
+fn threads_do_not_matter() {
+    for text in [KNIT, WOVEN] {
+        let built = build(text, &[]).expect("a scene");
+        let (one, two) = (run(&built, 20, 1), run(&built, 20, 2));
+        assert_eq!(one.state(), two.state());
+        assert!(one.state().q.iter().all(|x| x.is_finite()));
+    }
+}
+
+/// A snapshot holds all that later steps depend on: anchors, angles, normals.
+#[test]
+fn resumed_runs_continue_bit_for_bit() {
+    for text in [KNIT, WOVEN] {
+        let built = build(text, &[]).expect("a scene");
+        let mut first = run(&built, 15, 1);
+        let mut second = simulation(&built);
+        second.restore(&first.snapshot()).expect("the same plan");
+        for _ in 0..15 {
+            first.advance().expect("a step");
+            second.advance().expect("a step");
+        }
+        assert_eq!(first.state(), second.state());
+    }
+}
+
+/// What a scene does not call for is absent: no scalars without sliding, no
+/// wrapping in woven cloth, no shear in knits, no friction without a
+/// coefficient.
+#[test]
+fn effects_are_there_when_called_for() {
+    let names = |text: &str, overrides: &[(&str, &str)]| {
+        let built = build(text, overrides).expect("a scene");
+        let simulation = simulation(&built);
+        let plan = simulation.plan();
+        let names = plan.terms.iter().map(|t| t.batch.name().to_owned());
+        (names.collect::<Vec<_>>(), plan.layout.scalars)
+    };
+    let has = |names: &[String], name: &str| names.iter().any(|n| n == name);
+    let (knit, scalars) = names(KNIT, &[]);
+    assert!(has(&knit, "stitch wrapping") && has(&knit, "yarn friction"));
+    assert!(has(&knit, "stitch length") && !has(&knit, "yarn shear") && scalars > 0);
+    assert!(!has(&knit, "yarn gravity"));
+    let (woven, scalars) = names(WOVEN, &[]);
+    assert!(has(&woven, "yarn shear") && has(&woven, "yarn gravity"));
+    assert!(!has(&woven, "stitch wrapping") && !has(&woven, "stitch length") && scalars > 0);
+    let (locked, scalars) = names(WOVEN, &[("cloth.0.sliding", "false")]);
+    assert!(!has(&locked, "yarn friction") && !has(&locked, "parallel yarns"));
+    assert_eq!(scalars, 0);
+    let smooth = format!("{WOVEN}[yarn.weaving]\nlibrary = \"weaving\"\nfriction = 0\n");
+    assert!(!has(&names(&smooth, &[]).0, "yarn friction"));
+}
+
+/// Charts, drafts and yarns that do not exist are named, with what there is.
+#[test]
+fn mistakes_are_named() {
+    for (text, overrides, expected) in [
+        (KNIT, ("cloth.0.chart", "stockinete"), "stockinette"),
+        (KNIT, ("cloth.0.yarn", "wool"), "there is no yarn `wool`"),
+        (WOVEN, ("cloth.0.draft", "twil"), "twill-2-2"),
+        (KNIT, ("solver.matrix", "reassembled"), "solver.matrix"),
+        (KNIT, ("solver.kind", "refined"), "solver.kind"),
+        (
+            KNIT,
+            ("cloth.0.chart", "feather-and-fan"),
+            "feather-and-fan",
+        ),
+    ] {
+        let error = build(text, &[overrides]).err().unwrap_or_default();
+        assert!(error.contains(expected), "{overrides:?}: {error}");
+    }
+    let both = format!("{KNIT}[[cloth]]\nkind = \"sheet\"\nsize = [0.1, 0.1]\n");
+    let error = build(&both, &[]).err().unwrap_or_default();
+    assert!(error.contains("is a shell"), "{error}");
+}
+
+/// The seven built-in charts and four weaves take steps.
+#[test]
+fn everything_built_in_moves() {
+    for (chart, stitches) in [
+        ("stockinette", "[6, 6]"),
+        ("garter", "[6, 6]"),
+        ("rib-2x2", "[8, 6]"),
+        ("seed", "[6, 6]"),
+        ("feather-and-fan", "[18, 4]"),
+        ("openwork-diamonds", "[13, 8]"),
+        ("flame-chevron", "[16, 16]"),
+    ] {
+        let built = build(
+            KNIT,
+            &[("cloth.0.chart", chart), ("cloth.0.stitches", stitches)],
+        );
+        let built = built.unwrap_or_else(|e| panic!("{chart}: {e}"));
+        let end = run(&built, 10, 1);
+        assert!(end.state().first_not_finite().is_none(), "{chart}");
+    }
+    for draft in ["plain", "twill-2-2", "satin-5", "basket-2-2"] {
+        let built = build(WOVEN, &[("cloth.0.draft", draft)]).expect(draft);
+        let end = run(&built, 10, 1);
+        assert!(end.state().first_not_finite().is_none(), "{draft}");
+    }
+}
