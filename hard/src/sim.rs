@@ -58,7 +58,7 @@ impl Sim {
     /// # Errors
     /// [`HardError::Scene`].
     pub fn new(built: BuiltScene, budget: f64) -> Result<Self, HardError> {
-        let state = State::at_rest(&built.geometry.positions);
+        let state = built.geometry.start();
         Self::from(built, state, budget)
     }
 

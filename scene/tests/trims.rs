@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use selvedge_integrator::{Outcome, State};
+use selvedge_integrator::Outcome;
 use selvedge_scene::build::{Built, BuiltScene};
 use selvedge_scene::driver::{self, RunOptions, Silent};
 use selvedge_scene::file;
@@ -79,7 +79,7 @@ fn scene(text: &str, set: &[(&str, &str)]) -> BuiltScene {
 }
 
 fn start(built: &BuiltScene) -> Built {
-    let state = State::at_rest(&built.geometry.positions);
+    let state = built.geometry.start();
     built
         .simulation(state, &built.drape_stage())
         .expect("a simulation")

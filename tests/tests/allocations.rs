@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use allocation_counter::{AllocationInfo, measure};
-use selvedge_integrator::{Outcome, Simulation, State};
+use selvedge_integrator::{Outcome, Simulation};
 use selvedge_scene::build::{Built, BuiltScene};
 use selvedge_scene::file;
 
@@ -47,7 +47,7 @@ fn scene(set: &Set) -> BuiltScene {
 }
 
 fn build(scene: &BuiltScene) -> Built {
-    let state = State::at_rest(&scene.geometry.positions);
+    let state = scene.geometry.start();
     let stage = scene.drape_stage();
     scene.simulation(state, &stage).expect("a simulation")
 }

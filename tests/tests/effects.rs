@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use selvedge_integrator::{Outcome, Simulation, State};
+use selvedge_integrator::{Outcome, Simulation};
 use selvedge_scene::build::{Built, BuiltScene};
 use selvedge_scene::effects::EffectRow;
 use selvedge_scene::file;
@@ -47,7 +47,7 @@ fn build(text: &str, set: &Set) -> Built {
         .collect();
     let parsed = file::parse(text, Path::new("scene.toml"), &set).expect("a valid scene");
     let built = BuiltScene::new(parsed).expect("a scene that can be built");
-    let state = State::at_rest(&built.geometry.positions);
+    let state = built.geometry.start();
     built
         .simulation(state, &built.drape_stage())
         .expect("a simulation")

@@ -91,7 +91,7 @@ type Start = (Vec<[f64; 3]>, Vec<[f64; 3]>);
 fn settled(points: usize) -> Result<Start, Failure> {
     let built = scene(points, &[("simulation.duration", "0.25")])?;
     in_pool(&built, || {
-        let state = State::at_rest(&built.geometry.positions);
+        let state = built.geometry.start();
         let mut simulation = built.simulation(state, &built.drape_stage())?.simulation;
         advance(&mut simulation, usize::MAX)?;
         let state = simulation.state();

@@ -1,6 +1,5 @@
 use std::process::ExitCode;
 
-use selvedge_integrator::State;
 use selvedge_scene::build::{Built, BuiltScene};
 use selvedge_scene::file;
 
@@ -92,6 +91,6 @@ pub fn schema(markdown: bool, json: bool) -> Result<ExitCode, Failure> {
 }
 
 fn assemble(built: &BuiltScene) -> Result<Built, Failure> {
-    let state = State::at_rest(&built.geometry.positions);
+    let state = built.geometry.start();
     Ok(built.simulation(state, &built.drape_stage())?)
 }

@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use selvedge_integrator::{Outcome, Simulation, SimulationError, Snapshot, State};
+use selvedge_integrator::{Outcome, Simulation, SimulationError, Snapshot};
 use serde::{Deserialize, Serialize};
 
 use super::{EnergyMeter, Event, Ladder, Scope};
@@ -188,7 +188,7 @@ impl Dump {
         let parsed =
             file::parse(&self.scene.text, &self.scene.path, &all).map_err(ReplayError::Scene)?;
         let built = BuiltScene::new(parsed).map_err(ReplayError::Scene)?;
-        let mut state = State::at_rest(&built.geometry.positions);
+        let mut state = built.geometry.start();
         let start = unhex(&self.start).ok_or_else(|| broken("start"))?;
         if start.len() != state.q.len() || start.iter().any(|x| !x.is_finite()) {
             return Err(broken("start"));

@@ -1,7 +1,7 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use selvedge_integrator::{Outcome, State};
+use selvedge_integrator::Outcome;
 
 use super::*;
 use crate::driver::{self, RunOptions, RunResult, Silent};
@@ -55,7 +55,7 @@ fn run(folder: &Path, set: &[(&str, &str)]) -> RunResult {
 fn not_finite_is_named_and_replayed() {
     let folder = tempfile::tempdir().expect("a folder");
     let built = built(&[]);
-    let state = State::at_rest(&built.geometry.positions);
+    let state = built.geometry.start();
     let start = state.q.clone();
     let mut parts = built
         .simulation(state, &built.drape_stage())
