@@ -63,9 +63,13 @@ name = "$name"
 duration = 0.3
 [mesh]
 edge_length = 0.02
+[fabric.garment]
+library = "cotton-jersey"
 [[cloth]]
 kind = "pattern"
 file = "$(realpath "$base")/garments/$name.json"
+fabric = "garment"
+hold = ["auto"]
 [[body]]
 kind = "mesh"
 file = "$(realpath "$base")/bodies/$2.obj"
