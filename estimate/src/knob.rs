@@ -25,6 +25,9 @@ pub(crate) struct Knob {
     /// Of the companions' folders.
     name: &'static str,
     tighten: fn(&SceneFile) -> SceneFile,
+    /// What the difference has to fall to, beside the smallest before, to count
+    /// as closer.
+    falls_to: f64,
     /// Error from the distance to the tightened run, and what both ran on.
     part: fn(Distances, &str) -> ErrorPart,
     /// The tightened setting, in words.
@@ -38,6 +41,8 @@ pub(crate) struct Knob {
 pub(crate) const STEP: Knob = Knob {
     name: "step",
     tighten: |scene| scaled_step(scene, 0.5),
+    // A half would be the order 1.
+    falls_to: 0.75,
     part: time_part,
     other: "steps half as long",
     fraction: "half",
@@ -47,6 +52,8 @@ pub(crate) const STEP: Knob = Knob {
 pub(crate) const TOLERANCE: Knob = Knob {
     name: "tolerance",
     tighten: |scene| scaled_tolerance(scene, 0.1),
+    // A tenth would be in proportion; tight runs are too dear for less.
+    falls_to: 0.5,
     part: algebraic_part,
     other: "a tenth of it",
     fraction: "a tenth",
@@ -96,7 +103,7 @@ impl Knob {
                 break;
             }
             let least = best.as_ref().map(|(_, b)| seen[*b].mean);
-            if least.is_none_or(|least| distance.mean < least) {
+            if least.is_none_or(|least| distance.mean < self.falls_to * least) {
                 best = Some((std::mem::replace(now, tight), k));
             } else if let Some((loose, b)) = best.take_if(|(_, b)| k >= *b + effort.patience) {
                 // Differences that add up are no scatter: the whole way counts too.
