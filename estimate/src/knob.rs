@@ -124,12 +124,17 @@ impl Knob {
         }
         let why = why.unwrap_or_else(|| reason(&part, share, self.other));
         let values = (self.values)(now.built.scene());
-        decisions.retain(|d| values.iter().all(|(setting, _)| d.setting != *setting));
-        decisions.extend(values.into_iter().map(|(setting, value)| Decision {
-            setting: setting.to_owned(),
-            value: value.into(),
-            why: why.clone(),
-        }));
+        for (setting, value) in values {
+            let decision = Decision {
+                setting: setting.to_owned(),
+                value: value.into(),
+                why: why.clone(),
+            };
+            match decisions.iter_mut().find(|d| d.setting == setting) {
+                Some(earlier) => *earlier = decision,
+                None => decisions.push(decision),
+            }
+        }
         Ok(part)
     }
 }
