@@ -60,18 +60,25 @@ garment() { # NAME BODY
     cat > "out/studies/$name.toml" <<EOF
 name = "$name"
 [simulation]
-duration = 0.3
+duration = 0.1
+[assemble]
+seam_time = 0.1
+settle_time = 0.05
 [mesh]
 edge_length = 0.02
+[fabric.garment]
+library = "cotton-jersey"
 [[cloth]]
 kind = "pattern"
 file = "$(realpath "$base")/garments/$name.json"
+fabric = "garment"
+hold = ["auto"]
 [[body]]
 kind = "mesh"
 file = "$(realpath "$base")/bodies/$2.obj"
 EOF
     # shellcheck disable=SC2086
-    "$selvedge" study "out/studies/$name.toml" --time cpu --resume --jobs 2 --plain-reference \
+    "$selvedge" study "out/studies/$name.toml" --time cpu --resume --jobs "${JOBS:-1}" --plain-reference \
         --set assembly.threads=1 --vary "$features" ${STUDY_OPTIONS:-} -o "$folder"
     keep "garment-$name" "$folder"
 }

@@ -7,7 +7,8 @@ use selvedge_scene::summary::{Decision, ErrorPart, ErrorReport};
 
 use crate::companion::{Companion, Session, coarser, scaled_step, scaled_tolerance};
 use crate::estimator::{attempt, unknown};
-use crate::parts::{algebraic_part, space_part, time_part, total};
+use crate::knob::{Effort, Knob, STEP, TOLERANCE, mm};
+use crate::parts::{space_part, total};
 use crate::{EstimateError, MaterialMap};
 
 /// Shares of the wanted error: the mesh is what costs most.
@@ -24,6 +25,11 @@ const HALVINGS: usize = 5;
 /// is divided by ten.
 const LOOSEST: f64 = 10.0;
 const TENTHS: usize = 4;
+/// How often a setting is tightened without the results coming closer. Folds
+/// and friction make them scatter, which smaller steps do not mend.
+const PATIENCE: usize = 2;
+/// Halvings of the step on the mesh next to the finest.
+const LATE_HALVINGS: usize = 2;
 
 /// What is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,9 +58,10 @@ pub struct Within {
 /// A fifth of the target goes to the time step, a fifth to the tolerances, the
 /// rest to the mesh. On a mesh four times as coarse as the scene's the step is
 /// halved, then the tolerances are divided by ten, until what that changes is
-/// within their share; the mesh is then refined twofold until what is missing
-/// by Richardson's extrapolation, over at least three meshes, is within its
-/// own. Every mesh is run in full, so that the last one is the result.
+/// within their share, or until it falls no further; the mesh is then refined
+/// twofold until what is missing by Richardson's extrapolation, over at least
+/// three meshes, is within its own. Every mesh is run in full, so that the last
+/// one is the result. The step is then looked at again on the mesh before it.
 ///
 /// # Errors
 /// As [`Session::run`] for the runs that nothing can do without. A target out
@@ -85,8 +92,17 @@ pub fn drape_within(
     } else {
         "on the mesh of the file"
     };
-    let time = STEP.choose(session, &mut now, target, mesh, &mut decisions)?;
-    let algebraic = TOLERANCE.choose(session, &mut now, target, mesh, &mut decisions)?;
+    let mut choose = |knob: Knob, part: f64, times| {
+        let effort = Effort {
+            times,
+            patience: PATIENCE,
+            suffix: "",
+        };
+        let share = part * target.error;
+        knob.choose(session, &mut now, share, effort, mesh, &mut decisions)
+    };
+    let mut time = choose(STEP, TIME, HALVINGS)?;
+    let algebraic = choose(TOLERANCE, ALGEBRAIC, TENTHS)?;
 
     let mut levels = Levels::first(session, &now, length)?;
     match coarser(scene, 1.0) {
@@ -96,6 +112,10 @@ pub fn drape_within(
             value: edge_length(levels.run.built.scene()).into(),
         }),
         Err(why) => levels.space = unknown(&why),
+    }
+    let others = levels.space.error_m.unwrap_or(target.error) + algebraic.error_m.unwrap_or(0.0);
+    if let Some(part) = levels.check_step(session, target.error - others, target, &mut decisions)? {
+        time = part;
     }
     let Levels {
         run, name, space, ..
@@ -121,6 +141,9 @@ pub fn drape_within(
 struct Levels {
     run: Companion,
     name: String,
+    /// The run on the mesh before, unless that is the first, where the step
+    /// was chosen.
+    coarse: Option<Companion>,
     /// Edges in the scene's own.
     length: f64,
     space: ErrorPart,
@@ -136,6 +159,7 @@ impl Levels {
         Ok(Self {
             run: session.run(&name, chosen.built.scene().clone(), true)?,
             name,
+            coarse: None,
             length,
             space: unknown("one mesh alone tells nothing"),
         })
@@ -179,10 +203,45 @@ impl Levels {
             };
             let near = MaterialMap::new(next.surface())?.distance(&self.run.surface());
             self.space = space_part(near, far.replace(near));
-            (self.run, self.name) = (next, name);
+            let coarse = std::mem::replace(&mut self.run, next);
+            self.coarse = (compared > 0).then_some(coarse);
+            self.name = name;
             self.length *= 0.5;
             compared += 1;
         }
+    }
+
+    /// What the step is off by on the mesh next to the finest: a coarse mesh
+    /// folds in fewer ways and may show less of it. Where more than `left`
+    /// \[m\], and smaller steps help, the finest run is made again with them.
+    fn check_step(
+        &mut self,
+        session: &mut Session<'_>,
+        left: f64,
+        target: Target,
+        decisions: &mut Vec<Decision>,
+    ) -> Result<Option<ErrorPart>, EstimateError> {
+        let Some(mut coarse) = self.coarse.take() else {
+            return Ok(None);
+        };
+        let effort = Effort {
+            times: if left > 0.0 { LATE_HALVINGS } else { 0 },
+            patience: 1,
+            suffix: "-late",
+        };
+        let share = left.max(TIME * target.error);
+        let before = coarse.built.scene().integrator.max_step;
+        let mesh = "on the mesh twice as coarse";
+        let part = STEP.choose(session, &mut coarse, share, effort, mesh, decisions)?;
+        let factor = coarse.built.scene().integrator.max_step / before;
+        if factor < 1.0 {
+            let scene = scaled_step(self.run.built.scene(), factor);
+            let name = format!("{}-late", self.name);
+            if let Ok(run) = attempt(session, &name, scene, true)? {
+                (self.run, self.name) = (run, name);
+            }
+        }
+        Ok(Some(part))
     }
 }
 
@@ -206,117 +265,6 @@ fn first_mesh(
     Ok((session.run("estimate/first-1", own, false)?, 1.0))
 }
 
-/// A setting of the integration that is tightened until it no longer matters.
-struct Knob {
-    /// Of the companions' folders.
-    name: &'static str,
-    /// Share of the wanted error.
-    share: f64,
-    /// How often it is tightened at most.
-    times: usize,
-    tighten: fn(&SceneFile) -> SceneFile,
-    /// Error from the distance to the tightened run, and what both ran on.
-    part: fn(Distances, &str) -> ErrorPart,
-    /// The tightened setting, in words.
-    other: &'static str,
-    /// The same beside its loose twin.
-    fraction: &'static str,
-    /// Keys it stands for, and their values.
-    values: fn(&SceneFile) -> Vec<(&'static str, f64)>,
-}
-
-const STEP: Knob = Knob {
-    name: "step",
-    share: TIME,
-    times: HALVINGS,
-    tighten: |scene| scaled_step(scene, 0.5),
-    part: time_part,
-    other: "steps half as long",
-    fraction: "half",
-    values: |scene| vec![("integrator.max_step", scene.integrator.max_step)],
-};
-
-const TOLERANCE: Knob = Knob {
-    name: "tolerance",
-    share: ALGEBRAIC,
-    times: TENTHS,
-    tighten: |scene| scaled_tolerance(scene, 0.1),
-    part: algebraic_part,
-    other: "a tenth of it",
-    fraction: "a tenth",
-    values: |scene| {
-        vec![
-            (
-                "integrator.newton_tolerance",
-                scene.integrator.newton_tolerance,
-            ),
-            ("solver.tolerance", scene.solver.tolerance),
-        ]
-    },
-};
-
-impl Knob {
-    /// Tightens the setting of `now` until the error is within its share.
-    fn choose(
-        &self,
-        session: &mut Session<'_>,
-        now: &mut Companion,
-        target: Target,
-        mesh: &str,
-        decisions: &mut Vec<Decision>,
-    ) -> Result<ErrorPart, EstimateError> {
-        let share = self.share * target.error;
-        let mut part = unknown(&format!("no {} could be compared", self.name));
-        let mut why = None;
-        for k in 0..=self.times {
-            let tight = (self.tighten)(now.built.scene());
-            let name = format!("estimate/{}-{k}", self.name);
-            let tight = match attempt(session, &name, tight, false)? {
-                Ok(tight) => tight,
-                Err(reason) => {
-                    let fraction = self.fraction;
-                    why = Some(format!("{fraction} of it could not be run: {reason}"));
-                    break;
-                }
-            };
-            let distance = MaterialMap::new(now.surface())?.distance(&tight.surface());
-            part = (self.part)(distance, mesh);
-            if part.error_m.is_some_and(|e| e <= share) || k == self.times {
-                break;
-            }
-            *now = tight;
-        }
-        let why = why.unwrap_or_else(|| reason(&part, share, self.other));
-        let values = (self.values)(now.built.scene());
-        decisions.extend(values.into_iter().map(|(setting, value)| Decision {
-            setting: setting.to_owned(),
-            value: value.into(),
-            why: why.clone(),
-        }));
-        Ok(part)
-    }
-}
-
-fn reason(part: &ErrorPart, share: f64, other: &str) -> String {
-    let distance = part.distance_m.map(|d| d[0]);
-    let within = part.error_m.is_some_and(|e| e <= share);
-    format!(
-        "{other} would move the cloth by {} mm: {} {} mm that {}",
-        mm(distance),
-        if within {
-            "within the"
-        } else {
-            "more than the"
-        },
-        mm(Some(share)),
-        if within {
-            "it may take"
-        } else {
-            "it should take, but nothing smaller is tried"
-        }
-    )
-}
-
 fn edge_length(scene: &SceneFile) -> f64 {
     let own = scene.cloth.iter().filter_map(|c| c.edge_length());
     own.reduce(f64::min).unwrap_or(scene.mesh.edge_length)
@@ -324,8 +272,4 @@ fn edge_length(scene: &SceneFile) -> f64 {
 
 fn level_name(length: f64) -> String {
     format!("estimate/mesh-{length}x")
-}
-
-fn mm(metres: Option<f64>) -> String {
-    metres.map_or("?".to_owned(), |m| format!("{:.3}", 1e3 * m))
 }

@@ -49,6 +49,24 @@ pub fn time_part(halved: Distances, mesh: &str) -> ErrorPart {
     }
 }
 
+/// Error of a setting whose tightening brings the results no closer, from the
+/// distances between them: the largest. Nothing is extrapolated, for another
+/// rest shape is no remainder of a series.
+pub fn scatter_part(seen: &[Distances], mesh: &str) -> ErrorPart {
+    let largest = seen.iter().max_by(|a, b| a.mean.total_cmp(&b.mean));
+    let Distances { mean, p95, max, .. } = largest.copied().unwrap_or_default();
+    ErrorPart {
+        error_m: Some(mean),
+        distance_m: Some([mean, p95, max]),
+        order: None,
+        how: format!(
+            "the largest of {} differences that fall no further when it is tightened, {mesh}: \
+             the rest repeats no better",
+            seen.len()
+        ),
+    }
+}
+
 /// Error of the tolerances from the distance to a run with a tenth of them, as
 /// if proportional to them.
 pub fn algebraic_part(tightened: Distances, mesh: &str) -> ErrorPart {
@@ -99,6 +117,13 @@ mod tests {
         }
         // No difference at all is no error.
         assert_eq!(space_part(mean(0.0), Some(mean(0.0))).error_m, Some(0.0));
+    }
+
+    #[test]
+    fn scatter_is_not_extrapolated() {
+        let part = scatter_part(&[mean(1.0), mean(3.0), mean(2.0)], "there");
+        assert_eq!(part.error_m, Some(3.0));
+        assert_eq!(part.distance_m, Some([3.0, 6.0, 9.0]));
     }
 
     #[test]

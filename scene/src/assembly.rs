@@ -7,7 +7,8 @@ use selvedge_collision::Untangle;
 use selvedge_garment::assemble::{AssembleSettings, preassemble, untangle};
 use selvedge_garment::place::BodyField;
 use selvedge_integrator::{
-    CurvaturePolicy, NewtonSettings, Outcome, RelaxationSettings, Settings, State, StopSettings,
+    ControlSettings, CurvaturePolicy, NewtonSettings, Outcome, RelaxationSettings, Settings, State,
+    StopSettings,
 };
 
 use crate::build::{Built, BuiltScene, Sewn, StageOptions, broad_phase};
@@ -178,6 +179,7 @@ fn wrap(built: &BuiltScene, state: &mut State) -> StageSummary {
         *x = preassemble(&sewn.mesh, field, settings).0;
         take_apart(built, sewn, field, settings, x);
     });
+    built.perturb_garments(state);
     let what = "geometry alone, no forces";
     summarise(built, state, empty("wrap", what, clock))
 }
@@ -226,12 +228,18 @@ fn layers(sewn: &Sewn, cloth: &Cloth, each: f64) -> Vec<f64> {
 fn stages(built: &BuiltScene, crossed: bool) -> [(&'static str, &'static str, StageOptions); 2] {
     let a = &built.scene().assemble;
     let drape = built.drape_stage();
+    let least = built.scene().integrator.min_step;
     let stage = |self_contact: bool, duration: f64, stiffness_start: f64| StageOptions {
         self_contact,
         friction: false,
         gravity: [0.0; 3],
         settings: Settings {
             duration,
+            control: ControlSettings {
+                max_step: a.max_step,
+                min_step_fraction: (least / a.max_step).min(0.5),
+                ..drape.settings.control
+            },
             relaxation: RelaxationSettings {
                 duration,
                 step_fraction: 0.25,

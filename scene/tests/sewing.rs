@@ -97,6 +97,74 @@ fn run(text: &str, path: &Path, folder: &Path, set: &[(&str, &str)]) -> RunResul
     driver::run(&built, &options, &mut Silent, &AtomicBool::new(false)).expect("a run")
 }
 
+/// Displacements of the start are felt by a garment, which begins from its
+/// panels: the floor of repeatability would be zero otherwise.
+#[test]
+fn displaced_start_is_sewn() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("tube.json"), TUBE).expect("a file");
+    let path = folder.path().join("tube.toml");
+    let set = [
+        ("assemble.seam_time", "0.02"),
+        ("simulation.duration", "0.005"),
+    ];
+    let end = |seed: Option<u64>| {
+        let set: Vec<_> = set.map(|(k, v)| (k.to_owned(), v.to_owned())).to_vec();
+        let parsed = file::parse(SCENE, &path, &set).expect("a valid scene");
+        let mut built = BuiltScene::new(parsed).expect("a scene that can be built");
+        if let Some(seed) = seed {
+            built.perturb(1e-9, seed);
+        }
+        let options = RunOptions {
+            directory: folder.path().join("out"),
+            resume: false,
+            scene_text: SCENE.to_owned(),
+            version: "test".to_owned(),
+        };
+        let never = AtomicBool::new(false);
+        driver::run(&built, &options, &mut Silent, &never)
+            .expect("a run")
+            .positions
+    };
+    let largest = |a: &[f64], b: &[f64]| {
+        let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs());
+        differences.fold(0.0, f64::max)
+    };
+    let (still, one) = (end(None), end(Some(1)));
+    assert_eq!(one, end(Some(1)));
+    for other in [&one, &end(Some(2))] {
+        let d = largest(&still, other);
+        assert!(d > 1e-12 && d < 1e-2, "{d}");
+    }
+    assert!(largest(&one, &end(Some(2))) > 1e-12);
+}
+
+/// The step of the drape does not decide where it begins.
+#[test]
+fn sewing_has_steps_of_its_own() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("tube.json"), TUBE).expect("a file");
+    let path = folder.path().join("tube.toml");
+    let sewn = |set: (&str, &str)| {
+        let short = [
+            ("assemble.seam_time", "0.02"),
+            ("simulation.duration", "1e-3"),
+        ];
+        let set = [short[0], short[1], set];
+        run(SCENE, &path, &folder.path().join("out"), &set)
+            .summary
+            .assembly
+    };
+    let own = sewn(("integrator.max_step", "1e-3"));
+    let other = sewn(("integrator.max_step", "5e-4"));
+    let finer = sewn(("assemble.max_step", "5e-4"));
+    for ((a, b), c) in own.iter().zip(&other).zip(&finer).skip(1) {
+        assert_eq!(a.steps, b.steps, "{}", a.name);
+        assert_eq!(a.mean_abs_edge_strain, b.mean_abs_edge_strain, "{}", a.name);
+        assert!(c.steps > a.steps, "{}: {} and {}", a.name, c.steps, a.steps);
+    }
+}
+
 /// A stage of sewing that no step can solve ends with a finding that names the
 /// stage, and with a step that fails again, and passes with a sane tolerance.
 #[test]

@@ -56,6 +56,8 @@ pub struct BuiltScene {
     pub trims: Trims,
     /// Findings that do not stop a run.
     pub warnings: Diagnostics,
+    /// Size [m] and seed of what the start was displaced by.
+    perturbation: Option<(f64, u64)>,
 }
 
 /// Least and greatest coefficient of each kind of contact \[1\].
@@ -130,6 +132,7 @@ impl BuiltScene {
             bodies,
             trims,
             warnings,
+            perturbation: None,
         })
     }
 

@@ -1,20 +1,56 @@
 //! Start positions with a little noise, to find out what a scene makes of it.
 
+use selvedge_integrator::State;
+
 use super::BuiltScene;
 use super::geometry::Noise;
 
 impl BuiltScene {
     /// Moves every point of the cloth at the start by a random displacement of
     /// standard deviation `size` \[m\] along each axis. The same seed gives the
-    /// same displacements, whatever the order of the points in memory.
+    /// same displacements, whatever the order of the points in memory. A
+    /// garment is displaced when it has been wrapped around its body, which
+    /// begins from its panels and not from positions.
     pub fn perturb(&mut self, size: f64, seed: u64) {
-        let mut noise = Noise(seed);
-        let g = &mut self.geometry;
-        for new in &g.order.new_of_old {
-            for x in &mut g.positions[*new as usize] {
-                *x += size * noise.normal();
+        self.perturbation = Some((size, seed));
+        let displacements = self.displacements();
+        for (x, d) in self.geometry.positions.iter_mut().zip(displacements) {
+            for (x, d) in x.iter_mut().zip(d) {
+                *x += d;
             }
         }
+    }
+
+    /// Displaces the points of garments, as [`Self::perturb`] was asked to.
+    pub(crate) fn perturb_garments(&self, state: &mut State) {
+        let displacements = self.displacements();
+        if displacements.is_empty() {
+            return;
+        }
+        let g = &self.geometry;
+        let (x, _) = state.q.as_chunks_mut::<3>();
+        for part in g.parts.iter().filter(|p| p.garment.is_some()) {
+            for k in part.points.clone() {
+                let k = g.order.new_of_old[k as usize] as usize;
+                for (x, d) in x[k].iter_mut().zip(displacements[k]) {
+                    *x += d;
+                }
+            }
+        }
+    }
+
+    /// In the solver's order \[m\]; empty without a perturbation.
+    fn displacements(&self) -> Vec<[f64; 3]> {
+        let Some((size, seed)) = self.perturbation else {
+            return Vec::new();
+        };
+        let mut noise = Noise(seed);
+        let order = &self.geometry.order.new_of_old;
+        let mut out = vec![[0.0; 3]; order.len()];
+        for new in order {
+            out[*new as usize] = [(); 3].map(|()| size * noise.normal());
+        }
+        out
     }
 }
 

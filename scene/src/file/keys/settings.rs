@@ -509,5 +509,13 @@ pub(super) static ASSEMBLE: Table = Table::new(
             "0.3",
             "Time to settle after sewing.",
         ),
+        key(
+            "max_step",
+            number("s", Range::up_to(1.0)),
+            "1e-3",
+            "Largest time step of both. They go without velocities, so that it decides where \
+             the drape begins.",
+        )
+        .hint("s, not ms"),
     ],
 );

@@ -398,4 +398,7 @@ pub struct AssembleSettings {
     pub seam_stiffness: f64,
     /// Time to settle after sewing \[s\].
     pub settle_time: f64,
+    /// Largest time step of both \[s\]. Sewing goes without velocities, so that
+    /// its steps decide where it ends and are none of the drape's.
+    pub max_step: f64,
 }
