@@ -249,7 +249,6 @@ fn stages(built: &BuiltScene, crossed: bool) -> [(&'static str, &'static str, St
                 early: false,
                 ..drape.settings.stop
             },
-            ..drape.settings
         },
         newton: NewtonSettings {
             curvature: CurvaturePolicy::Projected,

@@ -9,8 +9,11 @@ fn twill(n: usize) -> YarnNetwork {
         .expect("a valid cloth")
 }
 
-/// Points, arcs and materials along every yarn, which no numbering changes.
-fn along(network: &YarnNetwork) -> Vec<Vec<([f64; 3], f64, bool, usize)>> {
+/// Point, arc length, whether it is held, and layer.
+type Passage = ([f64; 3], f64, bool, usize);
+
+/// Passages along every yarn, which no numbering changes.
+fn along(network: &YarnNetwork) -> Vec<Vec<Passage>> {
     (0..network.yarns.len() as u32)
         .map(|y| {
             network
