@@ -636,6 +636,7 @@ fn header(built: &BuiltScene, options: &RunOptions) -> RunHeader {
                 triangles: b.surface.1.clone(),
             })
             .collect(),
+        yarns: g.yarn_paths(),
         ..RunHeader::default()
     }
 }

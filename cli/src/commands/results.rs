@@ -5,9 +5,9 @@ use selvedge_record::compare::{
     CompareOptions, SurfaceOptions, compare_points, compare_recordings, compare_surfaces,
 };
 use selvedge_record::export::{self, FrameRange};
-use selvedge_record::{Recording, Surface};
+use selvedge_record::{Recording, RunHeader, Surface};
 use selvedge_scene::file::obj::{self, Purpose};
-use selvedge_scene::write_whole;
+use selvedge_scene::{YarnSkin, still_skin, write_whole};
 
 use crate::Failure;
 use crate::args::Format;
@@ -124,7 +124,9 @@ pub fn export(
     } else {
         FrameRange::ALL
     };
-    let written = export::export(&recording, format, frames, &output)?;
+    let skin = skin(recording.header(), format, frames.count(&recording))?;
+    let skin = skin.as_ref().map(|s| s as &dyn export::Skin);
+    let written = export::export_skinned(&recording, format, frames, &output, skin)?;
     if json {
         let files: Vec<String> = written.iter().map(|f| f.display().to_string()).collect();
         say!(
@@ -139,6 +141,37 @@ pub fn export(
     }
     Ok(ExitCode::SUCCESS)
 }
+
+/// Tubes for yarns; coarser where one file holds many frames.
+fn skin(
+    header: &RunHeader,
+    format: export::Format,
+    frames: usize,
+) -> Result<Option<YarnSkin>, Failure> {
+    let (yarns, points) = (&header.yarns, header.points);
+    if yarns.is_empty() || format == export::Format::Pc2 {
+        return Ok(None);
+    }
+    let animated = matches!(format, export::Format::Glb | export::Format::Usda) && frames > 1;
+    let skin = match animated {
+        true => {
+            let budget = (ANIMATED_TRIANGLES / frames).clamp(50_000, 1_000_000);
+            YarnSkin::new(yarns, points, budget)
+        }
+        false => match still_skin(yarns, points) {
+            Ok(Some(skin)) => Ok(skin),
+            Ok(None) => YarnSkin::new(yarns, points, STILL_TRIANGLES),
+            Err(error) => Err(error),
+        },
+    };
+    skin.map(Some)
+        .map_err(|e| Failure::Other(format!("the recording's yarns cannot be drawn: {e}")))
+}
+
+/// Triangles of all frames of an animated file together.
+const ANIMATED_TRIANGLES: usize = 20_000_000;
+/// Triangles of a state whose yarns are too many for tubes through every visit.
+const STILL_TRIANGLES: usize = 2_000_000;
 
 /// `selvedge view`
 pub fn view(run: &Path, json: bool) -> Result<ExitCode, Failure> {
