@@ -114,7 +114,8 @@ pub fn of_run(built: &BuiltScene, result: &RunResult, scene_text: &str) -> Repor
         yarns: None,
     };
     if g.yarns.is_some() {
-        yarns::dress(&mut data, &g.yarn_paths(), g.order.len());
+        let strain = &result.yarn_strain;
+        yarns::dress(&mut data, &g.yarn_paths(), g.order.len(), strain);
     }
     data
 }
@@ -267,7 +268,7 @@ pub fn of_recording(recording: &Recording) -> Result<ReportData, RecordError> {
         yarns: None,
     };
     if !header.yarns.is_empty() {
-        yarns::dress(&mut data, &header.yarns, header.points);
+        yarns::dress(&mut data, &header.yarns, header.points, &[]);
     }
     Ok(data)
 }

@@ -87,13 +87,13 @@ impl YarnPaths {
             match field {
                 1 => value.fixed32s(&mut yarns.offsets)?,
                 2 => value.fixed32s(&mut yarns.points)?,
-                3 => yarns.layers.extend_from_slice(value.bytes()?),
+                3 => yarns.layers = value.bytes()?.to_vec(),
                 4 => value.doubles(&mut yarns.arcs)?,
                 5 => value.doubles(&mut yarns.radii)?,
                 6 => value.fixed32s(&mut panels)?,
                 7 => {
                     let sides = value.bytes()?.iter();
-                    yarns.sides.extend(sides.map(|s| s.cast_signed()));
+                    yarns.sides = sides.map(|s| s.cast_signed()).collect();
                 }
                 _ => {}
             }

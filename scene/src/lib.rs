@@ -18,4 +18,4 @@ pub mod watchdog;
 mod yarn_skin;
 
 pub use result::{check_results, write_summary, write_whole};
-pub use yarn_skin::{YarnSkin, still_skin};
+pub use yarn_skin::{YarnSkin, still_skin, whole_skin};

@@ -10,8 +10,9 @@ use selvedge_integrator::{ScenePlan, Simulation, State, StepReport};
 use selvedge_record::export::{Skin, write_obj, write_obj_lines};
 use selvedge_record::{RecordError, Surface};
 use selvedge_shell_model::strain::{edge_strain, principal_stretches};
+use selvedge_yarn_model::NONE;
 
-use crate::build::{BuiltScene, Geometry, broad_phase};
+use crate::build::{BuiltScene, Geometry, YarnCloth, broad_phase};
 use crate::driver::RunError;
 use crate::effects::EffectRow;
 use crate::process;
@@ -114,26 +115,23 @@ pub(crate) fn figures(built: &BuiltScene, q: &[f64], time: f64) -> Figures {
 }
 
 /// Largest and mean magnitude of the strain of edges, or of the segments of
-/// yarns, `|l/Δu| − 1` with the arc lengths of the state where they slide.
+/// yarns.
 fn strains(g: &Geometry, q: &[f64]) -> (f64, f64) {
     let Some(yarns) = &g.yarns else {
         let strain = edge_strain(&g.mesh, &q[..3 * g.mesh.points()]);
         return (strain.max_abs, strain.mean_abs);
     };
-    let n = &yarns.network;
-    let (points, arcs) = q.split_at(3 * n.nodes());
-    let points = points.as_chunks::<3>().0;
-    let slid = yarns.sliding && arcs.len() >= n.strands.len();
+    let ends = yarns.network.yarns.iter().scan(0, |sum, y| {
+        *sum += y.strands as usize;
+        Some(*sum - 1)
+    });
+    let mut ends = ends.peekable();
     let (mut largest, mut sum, mut count) = (0.0_f64, 0.0, 0_usize);
-    for ends in n.segments() {
-        let [a, b] = ends.map(|s| n.strands[s as usize]);
-        let rest = match slid {
-            true => arcs[ends[1] as usize] - arcs[ends[0] as usize],
-            false => b.arc - a.arc,
-        };
-        let [x, y] = [a, b].map(|s| points[s.node as usize]);
-        let length = (x[0] - y[0]).hypot(x[1] - y[1]).hypot(x[2] - y[2]);
-        let strain = (length / rest - 1.0).abs();
+    for (k, strain) in yarn_strains(yarns, q).into_iter().enumerate() {
+        if ends.next_if_eq(&k).is_some() {
+            continue;
+        }
+        let strain = strain.abs();
         // NaN wins, so that it is seen.
         if strain > largest || strain.is_nan() {
             largest = strain;
@@ -142,6 +140,31 @@ fn strains(g: &Geometry, q: &[f64]) -> (f64, f64) {
         count += 1;
     }
     (largest, sum / count.max(1) as f64)
+}
+
+/// Strain `|x_1 − x_0|/Δu − 1` of the segment from every strand to the next,
+/// yarn after yarn, with the arc lengths of the state where they slide and
+/// those at rest where not; NaN at the end of a yarn.
+pub(crate) fn yarn_strains(yarns: &YarnCloth, q: &[f64]) -> Vec<f64> {
+    let n = &yarns.network;
+    let (points, arcs) = q.split_at(3 * n.nodes());
+    let points = points.as_chunks::<3>().0;
+    let slid = yarns.sliding && arcs.len() >= n.strands.len();
+    let strain = |s: u32| {
+        let a = n.strands[s as usize];
+        if a.next == NONE {
+            return f64::NAN;
+        }
+        let b = n.strands[a.next as usize];
+        let rest = match slid {
+            true => arcs[a.next as usize] - arcs[s as usize],
+            false => b.arc - a.arc,
+        };
+        let [x, y] = [a, b].map(|s| points[s.node as usize]);
+        (x[0] - y[0]).hypot(x[1] - y[1]).hypot(x[2] - y[2]) / rest - 1.0
+    };
+    let yarns = 0..n.yarns.len() as u32;
+    yarns.flat_map(|y| n.along(y)).map(strain).collect()
 }
 
 /// How far the highest point of a garment is below its highest point in the

@@ -110,6 +110,23 @@ impl YarnSkin {
     }
 }
 
+/// The finest tubes within a budget of triangles; where these leave visits out,
+/// the finest within a larger limit.
+///
+/// # Errors
+/// As [`YarnSkin::new`].
+pub fn whole_skin(
+    yarns: &YarnPaths,
+    points: usize,
+    [budget, limit]: [usize; 2],
+) -> Result<YarnSkin, YarnError> {
+    let skin = YarnSkin::new(yarns, points, budget)?;
+    match skin.tubes.stride {
+        1 => Ok(skin),
+        _ => YarnSkin::new(yarns, points, limit),
+    }
+}
+
 impl Skin for YarnSkin {
     fn points(&self) -> usize {
         self.mesh.points
@@ -130,7 +147,7 @@ impl Skin for YarnSkin {
 }
 
 /// Triangles that yarns are drawn with where a file is to stay small.
-const FINE: usize = 200_000;
+const FINE: usize = 100_000;
 /// Triangles of yarns in a file of a single state.
 const LIMIT: usize = 1_000_000;
 
@@ -140,11 +157,6 @@ const LIMIT: usize = 1_000_000;
 /// # Errors
 /// As [`YarnSkin::new`].
 pub fn still_skin(yarns: &YarnPaths, points: usize) -> Result<Option<YarnSkin>, YarnError> {
-    for budget in [FINE, LIMIT] {
-        let skin = YarnSkin::new(yarns, points, budget)?;
-        if skin.tubes.stride == 1 {
-            return Ok(Some(skin));
-        }
-    }
-    Ok(None)
+    let skin = whole_skin(yarns, points, [FINE, LIMIT])?;
+    Ok((skin.tubes.stride == 1).then_some(skin))
 }

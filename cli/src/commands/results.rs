@@ -7,7 +7,7 @@ use selvedge_record::compare::{
 use selvedge_record::export::{self, FrameRange};
 use selvedge_record::{Recording, RunHeader, Surface};
 use selvedge_scene::file::obj::{self, Purpose};
-use selvedge_scene::{YarnSkin, still_skin, write_whole};
+use selvedge_scene::{YarnSkin, whole_skin, write_whole};
 
 use crate::Failure;
 use crate::args::Format;
@@ -152,26 +152,22 @@ fn skin(
     if yarns.is_empty() || format == export::Format::Pc2 {
         return Ok(None);
     }
-    let animated = matches!(format, export::Format::Glb | export::Format::Usda) && frames > 1;
-    let skin = match animated {
-        true => {
-            let budget = (ANIMATED_TRIANGLES / frames).clamp(50_000, 1_000_000);
-            YarnSkin::new(yarns, points, budget)
-        }
-        false => match still_skin(yarns, points) {
-            Ok(Some(skin)) => Ok(skin),
-            Ok(None) => YarnSkin::new(yarns, points, STILL_TRIANGLES),
-            Err(error) => Err(error),
-        },
+    let animated = matches!(format, export::Format::Glb | export::Format::Usda);
+    let budget = match animated {
+        true => (ANIMATED_TRIANGLES / frames.max(1)).clamp(50_000, STILL_TRIANGLES),
+        false => STILL_TRIANGLES,
     };
-    skin.map(Some)
+    whole_skin(yarns, points, [budget, MOST_TRIANGLES])
+        .map(Some)
         .map_err(|e| Failure::Other(format!("the recording's yarns cannot be drawn: {e}")))
 }
 
-/// Triangles of all frames of an animated file together.
-const ANIMATED_TRIANGLES: usize = 20_000_000;
-/// Triangles of a state whose yarns are too many for tubes through every visit.
-const STILL_TRIANGLES: usize = 2_000_000;
+/// Triangles of all frames of an animated file together, where yarns are few.
+const ANIMATED_TRIANGLES: usize = 4_000_000;
+/// Triangles of a state, where yarns are few.
+const STILL_TRIANGLES: usize = 100_000;
+/// Triangles of a state in any case; visits are left out beyond.
+const MOST_TRIANGLES: usize = 2_000_000;
 
 /// `selvedge view`
 pub fn view(run: &Path, json: bool) -> Result<ExitCode, Failure> {

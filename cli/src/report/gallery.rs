@@ -90,7 +90,11 @@ pub(super) fn gallery(data: &ReportData) -> (String, String) {
             paint: *paint,
             view,
             size,
-            style: small,
+            style: match view {
+                // Seen from a corner it is wider than in the views of the scale.
+                View::THREE_QUARTER => PictureStyle::default(),
+                _ => small,
+            },
         }));
     }
     let pictures = draw_all(&jobs, |job| {

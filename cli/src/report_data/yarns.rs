@@ -2,30 +2,31 @@
 
 use selvedge_record::YarnPaths;
 use selvedge_record::export::Skin;
-use selvedge_scene::YarnSkin;
+use selvedge_scene::{YarnSkin, whole_skin};
 
 use crate::report::{Field, ReportData, ReportYarns};
 
 /// Triangles of the pictures' tubes.
 const PICTURE: usize = 600_000;
+/// Triangles of the pictures where yarns are many.
+const PICTURE_LIMIT: usize = 2_500_000;
 /// Triangles that a browser moves without effort.
 const VIEW: usize = 400_000;
 /// Triangles of the 3D view where yarns are many.
 const VIEW_LIMIT: usize = 1_500_000;
 
-/// Replaces recorded points by centre lines and adds tubes and their strain;
-/// leaves the data as they are where the ways do not fit together.
-pub(super) fn dress(data: &mut ReportData, yarns: &YarnPaths, points: usize) {
-    let Ok(picture) = YarnSkin::new(yarns, points, PICTURE) else {
+/// Replaces recorded points by centre lines and adds tubes and maps of their
+/// segments: the strain of sliding yarns at the end where it is known for every
+/// visit, and lengths over those at rest, which are strains where nothing
+/// slides. Leaves the data as they are where the ways do not fit together.
+pub(super) fn dress(data: &mut ReportData, yarns: &YarnPaths, points: usize, strain: &[f64]) {
+    let Ok(picture) = whole_skin(yarns, points, [PICTURE, PICTURE_LIMIT]) else {
         data.notes
             .push("the yarns cannot be drawn: their ways do not fit together".into());
         return;
     };
-    let view = [VIEW, VIEW_LIMIT].map(|budget| YarnSkin::new(yarns, points, budget));
-    let view = match view {
-        [Ok(fine), Ok(coarse)] if fine.tubes().stride > 1 => coarse,
-        [Ok(fine), _] => fine,
-        _ => return,
+    let Ok(view) = whole_skin(yarns, points, [VIEW, VIEW_LIMIT]) else {
+        return;
     };
     let paths = picture.paths();
     // Visits that the view keeps: its tubes leave out the same ones.
@@ -61,42 +62,55 @@ pub(super) fn dress(data: &mut ReportData, yarns: &YarnPaths, points: usize) {
         .iter()
         .map(|x| *x as f32)
         .collect();
-    let field = |values: Vec<f32>| Field {
-        name: "strain of the yarns (length over rest length at the start)".into(),
+    let field = |name: &str, values: Vec<f32>| Field {
+        name: name.into(),
         unit: "%".into(),
         values,
         diverging: true,
         ..Field::default()
     };
     let segments = &picture.mesh().segments;
-    let mut drawn = field(
-        segments
-            .iter()
-            .map(|&s| percent(strains[s as usize]))
-            .collect(),
-    );
-    // One scale for the pictures and all times.
-    let mut sizes: Vec<f32> = history
-        .iter()
+    let painted = |name: &str, of: &[f64]| {
+        let values = segments.iter().map(|&s| percent(of[s as usize]));
+        field(name, values.collect())
+    };
+    let (mut drawn, mut shown) = (Vec::new(), Vec::new());
+    if strain.len() == strains.len() {
+        let name = "strain of the yarns";
+        drawn.push(painted(name, strain));
+        shown.push(field(
+            name,
+            kept.iter().map(|&k| percent(strain[k])).collect(),
+        ));
+    }
+    let name = "length of segments over that at rest, minus one";
+    // One scale for the pictures and all times: that of the end.
+    let finite = history
+        .last()
+        .into_iter()
         .flatten()
-        .filter(|e| e.is_finite())
-        .map(|e| e.abs())
-        .collect();
-    if !sizes.is_empty() {
+        .filter(|e| e.is_finite());
+    let mut sizes: Vec<f32> = finite.map(|e| e.abs()).collect();
+    let range = (!sizes.is_empty()).then(|| {
         let at = (sizes.len() - 1) * 99 / 100;
         let (_, size, _) = sizes.select_nth_unstable_by(at, f32::total_cmp);
         let size = size.max(1e-3);
-        drawn.range = Some((-size, size));
-    }
-    let shown = Field {
+        (-size, size)
+    });
+    drawn.push(Field {
+        range,
+        ..painted(name, &strains)
+    });
+    shown.push(Field {
+        range,
+        values: history.last().cloned().unwrap_or_default(),
         history: match history.len() {
             1 => Vec::new(),
-            _ => history.clone(),
+            _ => history,
         },
-        range: drawn.range,
-        ..field(history.pop().unwrap_or_default())
-    };
-    data.triangle_fields = vec![drawn];
+        ..field(name, Vec::new())
+    });
+    data.triangle_fields = drawn;
     data.point_fields.clear();
     data.mesh.triangles = picture.triangles().to_vec();
     data.mesh.panel = picture.panels().to_vec();
@@ -107,6 +121,6 @@ pub(super) fn dress(data: &mut ReportData, yarns: &YarnPaths, points: usize) {
         sides: view.tubes().sides,
         samples: view.tubes().samples,
         tube_points: flat.as_chunks::<3>().0.to_vec(),
-        segment_fields: vec![shown],
+        segment_fields: shown,
     });
 }

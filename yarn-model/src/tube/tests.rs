@@ -206,3 +206,31 @@ fn from_parts() {
     nodes[3] = u32::MAX;
     assert!(parts(nodes, paths.sides().to_vec()).is_err());
 }
+
+/// Around a plane curve every corner keeps its height above the plane: the
+/// frame does not twist.
+#[test]
+fn frame_does_not_twist() {
+    let count = 40;
+    let points: Vec<[f64; 3]> = (0..count)
+        .map(|k| {
+            let a = 0.3 * k as f64;
+            [0.05 * a.cos(), (0.05 + 1e-3 * a) * a.sin(), 0.0]
+        })
+        .collect();
+    let nodes = (0..count as u32).collect();
+    let layers = vec![0; count];
+    let offsets = vec![0, count as u32];
+    let paths = StrandPaths::new(count, offsets, nodes, layers, vec![1e-3], vec![]).unwrap();
+    let tubes = Tubes {
+        sides: 5,
+        samples: 4,
+        stride: 1,
+    };
+    let x = tubes.points(&paths, &strand_centres(&paths, &points));
+    for ring in x.chunks(5) {
+        for k in 0..5 {
+            assert!((ring[k][2] - x[k][2]).abs() < 1e-12);
+        }
+    }
+}
