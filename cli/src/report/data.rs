@@ -61,6 +61,10 @@ pub struct ReportYarns {
     pub sides: usize,
     /// Rings a segment in the 3D view.
     pub samples: usize,
+    /// Every how many points of the recording the frames hold.
+    pub stride: usize,
+    /// Segments of all yarns as recorded.
+    pub segments: usize,
     /// Vertices of the pictures' tubes at the last frame \[m\].
     pub tube_points: Vec<Point>,
     /// Maps with one value a point of a yarn, which is that of the segment to the

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::camera::View;
-use super::data::{Field, Point, ReportData, ReportYarns};
+use super::data::{Field, Point, ReportData};
 use super::error::ReportError;
 use super::picture::{Paint, Picture, PictureStyle, Subject, fit, picture, subject_extent};
 use super::quantise::base64;
@@ -119,7 +119,7 @@ fn map_cards(data: &ReportData, fields: &[(&Field, Paint<'_>)], images: &[String
         let stats = FieldStats::of(field);
         let all = stats.finite + stats.missing;
         let (places, number) = match (paint, &data.yarns) {
-            (Paint::Triangles(_), Some(y)) => ("segments", segments(y)),
+            (Paint::Triangles(_), Some(y)) => ("segments", y.segments),
             (Paint::Triangles(_), None) => ("triangles", all),
             _ => ("points", all),
         };
@@ -143,14 +143,6 @@ fn map_cards(data: &ReportData, fields: &[(&Field, Paint<'_>)], images: &[String
         String::new()
     };
     format!("<div class=\"maps\">\n{out}</div>\n{rest}")
-}
-
-fn segments(yarns: &ReportYarns) -> usize {
-    yarns
-        .offsets
-        .windows(2)
-        .map(|o| (o[1] - o[0]) as usize - 1)
-        .sum()
 }
 
 fn image(job: &Job<'_>, drawn: &Drawn, title: &str) -> String {

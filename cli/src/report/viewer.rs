@@ -101,6 +101,12 @@ pub(super) fn viewer(data: &ReportData, budget: usize) -> Viewer {
     } else if total > 1 {
         remarks.push(format!("All {total} recorded frames."));
     }
+    if let Some(yarns) = tubes.filter(|y| y.stride > 1) {
+        remarks.push(format!(
+            "Yarns are drawn through one of {} points to limit the size of this page.",
+            yarns.stride
+        ));
+    }
     let left_out = data.bodies.len() - bodies.len();
     if left_out > 0 {
         remarks.push(format!(

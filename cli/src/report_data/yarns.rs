@@ -2,7 +2,7 @@
 
 use selvedge_record::YarnPaths;
 use selvedge_record::export::Skin;
-use selvedge_scene::{YarnSkin, whole_skin};
+use selvedge_scene::whole_skin;
 
 use crate::report::{Field, ReportData, ReportYarns};
 
@@ -120,6 +120,8 @@ pub(super) fn dress(data: &mut ReportData, yarns: &YarnPaths, points: usize, str
         panels: yarns.panels.clone(),
         sides: view.tubes().sides,
         samples: view.tubes().samples,
+        stride,
+        segments: paths.nodes().len() - paths.yarn_count(),
         tube_points: flat.as_chunks::<3>().0.to_vec(),
         segment_fields: shown,
     });
