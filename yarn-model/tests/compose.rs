@@ -9,8 +9,10 @@ fn twill(n: usize) -> YarnNetwork {
         .expect("a valid cloth")
 }
 
+type Visited = ([f64; 3], f64, bool, usize);
+
 /// Points, arcs and materials along every yarn, which no numbering changes.
-fn along(network: &YarnNetwork) -> Vec<Vec<([f64; 3], f64, bool, usize)>> {
+fn along(network: &YarnNetwork) -> Vec<Vec<Visited>> {
     (0..network.yarns.len() as u32)
         .map(|y| {
             network
