@@ -1,5 +1,7 @@
 //! From a run to the data of its report.
 
+mod yarns;
+
 use selvedge_record::{RecordError, Recording, RunHeader};
 use selvedge_scene::build::BuiltScene;
 use selvedge_scene::driver::RunResult;
@@ -73,7 +75,7 @@ pub fn of_run(built: &BuiltScene, result: &RunResult, scene_text: &str) -> Repor
             s.rejected_steps
         ),
     });
-    ReportData {
+    let mut data = ReportData {
         title: built.scene().name.clone(),
         summary: serde_json::to_value(&result.summary).unwrap_or_default(),
         settings: result.summary.settings.clone(),
@@ -109,7 +111,13 @@ pub fn of_run(built: &BuiltScene, result: &RunResult, scene_text: &str) -> Repor
         series: recording.as_ref().map(series).unwrap_or_default(),
         stages: stages.collect(),
         notes: notes(result),
+        yarns: None,
+    };
+    if g.yarns.is_some() {
+        let strain = &result.yarn_strain;
+        yarns::dress(&mut data, &g.yarn_paths(), g.order.len(), strain);
     }
+    data
 }
 
 /// Warnings, and what the watchdog found.
@@ -236,7 +244,7 @@ pub fn of_recording(recording: &Recording) -> Result<ReportData, RecordError> {
             fields = stretch_fields(header, &last.positions);
         }
     }
-    Ok(ReportData {
+    let mut data = ReportData {
         title: header.scene_name.clone(),
         summary: recording.outcome().cloned().unwrap_or_default(),
         settings: header.effective.clone(),
@@ -257,7 +265,12 @@ pub fn of_recording(recording: &Recording) -> Result<ReportData, RecordError> {
         series: series(recording),
         stages: Vec::new(),
         notes: recording.warnings().to_vec(),
-    })
+        yarns: None,
+    };
+    if !header.yarns.is_empty() {
+        yarns::dress(&mut data, &header.yarns, header.points, &[]);
+    }
+    Ok(data)
 }
 
 fn stretch_fields(header: &RunHeader, positions: &[f64]) -> Vec<Field> {

@@ -6,8 +6,8 @@
 use foxglove::bytes::Bytes;
 use foxglove::messages::packed_element_field::NumericType;
 use foxglove::messages::{
-    Color, Log, PackedElementField, Point3, PointCloud, Pose, Quaternion, SceneEntity, SceneUpdate,
-    Timestamp, TriangleListPrimitive, Vector3, log,
+    Color, LinePrimitive, Log, PackedElementField, Point3, PointCloud, Pose, Quaternion,
+    SceneEntity, SceneUpdate, Timestamp, TriangleListPrimitive, Vector3, line_primitive, log,
 };
 
 use crate::RunHeader;
@@ -71,9 +71,20 @@ struct Part {
     indices: Vec<u32>,
 }
 
+/// Lines of the yarns of one thickness, and the points that they use.
+struct Lines {
+    thickness: f64,
+    points: Vec<u32>,
+    indices: Vec<u32>,
+}
+
+/// Lines of yarns in a message; beyond, visits are skipped evenly.
+const LINE_LIMIT: usize = 400_000;
+
 /// Builds display messages of the cloth.
 pub(crate) struct ClothDisplay {
     parts: Vec<Part>,
+    lines: Vec<Lines>,
 }
 
 impl ClothDisplay {
@@ -109,7 +120,10 @@ impl ClothDisplay {
                 }
             })
             .collect();
-        Self { parts }
+        Self {
+            parts,
+            lines: lines(header),
+        }
     }
 
     pub fn scene(&self, nanoseconds: u64, positions: &[f64]) -> SceneUpdate {
@@ -129,8 +143,63 @@ impl ClothDisplay {
                 primitive(points, part.indices.clone(), rgb)
             })
             .collect();
-        entity(nanoseconds, "cloth", triangles)
+        let mut update = entity(nanoseconds, "cloth", triangles);
+        let lines = self.lines.iter().enumerate().map(|(k, lines)| {
+            let points = lines.points.iter().map(|&p| {
+                let p = 3 * p as usize;
+                point([positions[p], positions[p + 1], positions[p + 2]])
+            });
+            let [r, g, b] = PALETTE[k % PALETTE.len()].map(|c| f64::from(c) / 255.0);
+            LinePrimitive {
+                r#type: line_primitive::Type::LineList as i32,
+                pose: Some(upright()),
+                thickness: lines.thickness,
+                scale_invariant: false,
+                points: points.collect(),
+                color: Some(Color { r, g, b, a: 1.0 }),
+                colors: Vec::new(),
+                indices: lines.indices.clone(),
+            }
+        });
+        update.entities[0].lines = lines.collect();
+        update
     }
+}
+
+fn lines(header: &RunHeader) -> Vec<Lines> {
+    let yarns = &header.yarns;
+    let stride = yarns.points.len().div_ceil(LINE_LIMIT).max(1);
+    let mut all: Vec<Lines> = Vec::new();
+    let mut local: Vec<Vec<u32>> = Vec::new();
+    for (y, radius) in yarns.radii.iter().enumerate() {
+        let thickness = 2.0 * radius;
+        let place = all.iter().position(|l| l.thickness == thickness);
+        let place = place.unwrap_or_else(|| {
+            all.push(Lines {
+                thickness,
+                points: Vec::new(),
+                indices: Vec::new(),
+            });
+            local.push(vec![u32::MAX; header.points]);
+            all.len() - 1
+        });
+        let (lines, local) = (&mut all[place], &mut local[place]);
+        let way = &yarns.points[yarns.visits(y)];
+        let (last, but_last) = (way[way.len() - 1], way[..way.len() - 1].iter());
+        let mut before = None;
+        for p in but_last.step_by(stride).copied().chain([last]) {
+            let slot = &mut local[p as usize];
+            if *slot == u32::MAX {
+                *slot = lines.points.len() as u32;
+                lines.points.push(p);
+            }
+            lines
+                .indices
+                .extend(before.into_iter().flat_map(|b| [b, *slot]));
+            before = Some(*slot);
+        }
+    }
+    all
 }
 
 /// The obstacles, all in one message.

@@ -1,7 +1,7 @@
 use serde_json::Value as Json;
 
-use crate::RecordError;
 use crate::wire::{Encoder, Fields, Malformed};
+use crate::{RecordError, YarnPaths};
 
 /// The display mesh of an obstacle, in world coordinates.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -47,6 +47,8 @@ pub struct RunHeader {
     pub material: Vec<[[f64; 2]; 3]>,
     /// Obstacles to show.
     pub bodies: Vec<BodySurface>,
+    /// Ways of the yarns, for cloth that is made of them.
+    pub yarns: YarnPaths,
 }
 
 impl RunHeader {
@@ -92,6 +94,9 @@ impl RunHeader {
             .any(|x| !x.is_finite())
         {
             return fail("material coordinates are not finite".into());
+        }
+        if let Some(fault) = self.yarns.fault(self.points) {
+            return fail(fault);
         }
         for body in &self.bodies {
             if body
@@ -155,6 +160,9 @@ impl RunHeader {
                 return Some(format!("it has {was} {what}, the scene has {now}"));
             }
         }
+        if self.yarns != recorded.yarns {
+            return Some("the yarns differ".into());
+        }
         if self.bodies != recorded.bodies {
             return Some("the bodies differ".into());
         }
@@ -184,6 +192,10 @@ impl RunHeader {
                 e.fixed32s(3, body.triangles.as_flattened().iter().copied());
             });
         }
+        // Cloth without yarns is written as ever.
+        if !self.yarns.is_empty() {
+            e.message(10, |e| self.yarns.encode(e));
+        }
     }
 
     /// Fills in what [`encode_topology`](Self::encode_topology) wrote.
@@ -202,6 +214,7 @@ impl RunHeader {
                 7 => self.panel_names.push(value.string()?.into()),
                 8 => self.fabric_names.push(value.string()?.into()),
                 9 => self.bodies.push(decode_body(value.bytes()?)?),
+                10 => self.yarns = YarnPaths::decode(value.bytes()?)?,
                 _ => {}
             }
         }

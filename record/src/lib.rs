@@ -46,6 +46,7 @@ mod scan;
 mod schema;
 mod surface;
 mod wire;
+mod yarns;
 
 pub use checkpoint::Checkpoint;
 pub use diagnostics::StepDiagnostics;
@@ -60,3 +61,4 @@ pub use schema::{
     TOPIC_DIAGNOSTICS, TOPIC_LOG, TOPIC_POINTS, TOPIC_STATE, TOPIC_TOPOLOGY,
 };
 pub use surface::Surface;
+pub use yarns::YarnPaths;

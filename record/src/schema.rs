@@ -109,6 +109,19 @@ pub(crate) fn descriptors() -> Vec<u8> {
         );
         message(
             e,
+            "Yarns",
+            &[
+                many("offsets", 1, FIXED32),
+                many("points", 2, FIXED32),
+                one("layers", 3, BYTES),
+                many("arcs", 4, DOUBLE),
+                many("radii", 5, DOUBLE),
+                many("panels", 6, FIXED32),
+                one("sides", 7, BYTES),
+            ],
+        );
+        message(
+            e,
             "Topology",
             &[
                 one("points", 1, UINT64),
@@ -120,6 +133,7 @@ pub(crate) fn descriptors() -> Vec<u8> {
                 many("panel_names", 7, STRING),
                 many("fabric_names", 8, STRING),
                 Field("bodies", 9, MESSAGE, true, ".selvedge.Body"),
+                Field("yarns", 10, MESSAGE, false, ".selvedge.Yarns"),
             ],
         );
         e.string(12, "proto3");

@@ -122,6 +122,10 @@ pub struct RunResult {
     /// Distance of each point to the nearest body in the end, in the scene's
     /// order [m]; empty without bodies.
     pub body_distance: Vec<f64>,
+    /// Strain of the segments of sliding yarns in the end, by the arc lengths of
+    /// the state, for every visit of [`YarnPaths`](selvedge_record::YarnPaths);
+    /// NaN at the last visit of a yarn, empty where nothing slides.
+    pub yarn_strain: Vec<f64>,
     /// Energies after the last step by term, and `kinetic` [J].
     pub energies: Vec<(String, f64)>,
     /// The recording, where one was made.
@@ -316,7 +320,10 @@ fn run_here(
         None => None,
     };
     let maps = result::maps(built, &mut simulation);
+    let slides = built.geometry.yarns.as_ref().filter(|y| y.sliding);
+    let yarn_strain = slides.map(|y| result::yarn_strains(y, &simulation.state().q));
     Ok(RunResult {
+        yarn_strain: yarn_strain.unwrap_or_default(),
         summary,
         positions,
         contact_force: maps.contact_force,
@@ -636,6 +643,7 @@ fn header(built: &BuiltScene, options: &RunOptions) -> RunHeader {
                 triangles: b.surface.1.clone(),
             })
             .collect(),
+        yarns: g.yarn_paths(),
         ..RunHeader::default()
     }
 }

@@ -15,5 +15,7 @@ mod process;
 mod result;
 pub mod summary;
 pub mod watchdog;
+mod yarn_skin;
 
 pub use result::{check_results, write_summary, write_whole};
+pub use yarn_skin::{YarnSkin, still_skin, whole_skin};

@@ -7,16 +7,18 @@ use std::time::Duration;
 use selvedge_collision::{ContactResponse, Intersection, self_intersections};
 use selvedge_energy::EvalPoint;
 use selvedge_integrator::{ScenePlan, Simulation, State, StepReport};
-use selvedge_record::Surface;
-use selvedge_record::export::write_obj;
+use selvedge_record::export::{Skin, write_obj, write_obj_lines};
+use selvedge_record::{RecordError, Surface};
 use selvedge_shell_model::strain::{edge_strain, principal_stretches};
+use selvedge_yarn_model::NONE;
 
-use crate::build::{BuiltScene, broad_phase};
+use crate::build::{BuiltScene, Geometry, YarnCloth, broad_phase};
 use crate::driver::RunError;
 use crate::effects::EffectRow;
 use crate::process;
 use crate::summary::{Defect, SUMMARY_SCHEMA, StageSummary, Status, Summary};
 use crate::watchdog::Event;
+use crate::yarn_skin::still_skin;
 
 pub(crate) struct Inputs<'a> {
     pub built: &'a BuiltScene,
@@ -50,6 +52,7 @@ const LISTED_CROSSINGS: usize = 20;
 
 pub(crate) fn figures(built: &BuiltScene, q: &[f64], time: f64) -> Figures {
     let g = &built.geometry;
+    let (max_strain, mean_strain) = strains(g, q);
     let q = &q[..3 * g.mesh.points()];
     let (points, _) = q.as_chunks::<3>();
     let (mut deepest, mut deepest_point) = (0.0_f64, 0);
@@ -63,7 +66,6 @@ pub(crate) fn figures(built: &BuiltScene, q: &[f64], time: f64) -> Figures {
             }
         }
     }
-    let strain = edge_strain(&g.mesh, q);
     let mut broad = broad_phase(built.scene().contact.broad_phase);
     let crossings = self_intersections(q, g.mesh.triangles(), broad.as_mut());
     // A point's panel is that of the first triangle around it.
@@ -101,8 +103,8 @@ pub(crate) fn figures(built: &BuiltScene, q: &[f64], time: f64) -> Figures {
     Figures {
         max_penetration: deepest,
         self_intersections: crossings.len(),
-        max_strain: strain.max_abs,
-        mean_strain: strain.mean_abs,
+        max_strain,
+        mean_strain,
         max_seam_gap: gap.fold(0.0, f64::max),
         max_drop: max_drop(built, points),
         defects: penetration
@@ -110,6 +112,59 @@ pub(crate) fn figures(built: &BuiltScene, q: &[f64], time: f64) -> Figures {
             .chain(crossings.iter().take(LISTED_CROSSINGS).map(crossing))
             .collect(),
     }
+}
+
+/// Largest and mean magnitude of the strain of edges, or of the segments of
+/// yarns.
+fn strains(g: &Geometry, q: &[f64]) -> (f64, f64) {
+    let Some(yarns) = &g.yarns else {
+        let strain = edge_strain(&g.mesh, &q[..3 * g.mesh.points()]);
+        return (strain.max_abs, strain.mean_abs);
+    };
+    let ends = yarns.network.yarns.iter().scan(0, |sum, y| {
+        *sum += y.strands as usize;
+        Some(*sum - 1)
+    });
+    let mut ends = ends.peekable();
+    let (mut largest, mut sum, mut count) = (0.0_f64, 0.0, 0_usize);
+    for (k, strain) in yarn_strains(yarns, q).into_iter().enumerate() {
+        if ends.next_if_eq(&k).is_some() {
+            continue;
+        }
+        let strain = strain.abs();
+        // NaN wins, so that it is seen.
+        if strain > largest || strain.is_nan() {
+            largest = strain;
+        }
+        sum += strain;
+        count += 1;
+    }
+    (largest, sum / count.max(1) as f64)
+}
+
+/// Strain `|x_1 − x_0|/Δu − 1` of the segment from every strand to the next,
+/// yarn after yarn, with the arc lengths of the state where they slide and
+/// those at rest where not; NaN at the end of a yarn.
+pub(crate) fn yarn_strains(yarns: &YarnCloth, q: &[f64]) -> Vec<f64> {
+    let n = &yarns.network;
+    let (points, arcs) = q.split_at(3 * n.nodes());
+    let points = points.as_chunks::<3>().0;
+    let slid = yarns.sliding && arcs.len() >= n.strands.len();
+    let strain = |s: u32| {
+        let a = n.strands[s as usize];
+        if a.next == NONE {
+            return f64::NAN;
+        }
+        let b = n.strands[a.next as usize];
+        let rest = match slid {
+            true => arcs[a.next as usize] - arcs[s as usize],
+            false => b.arc - a.arc,
+        };
+        let [x, y] = [a, b].map(|s| points[s.node as usize]);
+        (x[0] - y[0]).hypot(x[1] - y[1]).hypot(x[2] - y[2]) / rest - 1.0
+    };
+    let yarns = 0..n.yarns.len() as u32;
+    yarns.flat_map(|y| n.along(y)).map(strain).collect()
 }
 
 /// How far the highest point of a garment is below its highest point in the
@@ -294,6 +349,10 @@ pub(crate) fn write(
     summary: &Summary,
 ) -> Result<(), RunError> {
     let g = &built.geometry;
+    if g.yarns.is_some() {
+        write_yarns(&directory.join(OBJ), g, positions)?;
+        return write_summary(directory, summary);
+    }
     let surface = Surface {
         positions,
         points: g.mesh.points(),
@@ -304,6 +363,27 @@ pub(crate) fn write(
     };
     write_obj(&directory.join(OBJ), &surface)?;
     write_summary(directory, summary)
+}
+
+/// Writes yarns as tubes, or as lines where these would be too many.
+fn write_yarns(path: &Path, g: &Geometry, positions: &[f64]) -> Result<(), RunError> {
+    let yarns = g.yarn_paths();
+    let points = g.order.len();
+    let skin = still_skin(&yarns, points).map_err(|e| RecordError::Surface {
+        reason: e.to_string(),
+    })?;
+    let Some(skin) = skin else {
+        return Ok(write_obj_lines(path, positions, &yarns, &g.panel_names)?);
+    };
+    let surface = Surface {
+        positions: &skin.positions(positions),
+        points: skin.points(),
+        triangles: skin.triangles(),
+        material: &[],
+        panels: skin.panels(),
+        panel_names: &g.panel_names,
+    };
+    Ok(write_obj(path, &surface)?)
 }
 
 /// Writes `summary.json` into a folder.

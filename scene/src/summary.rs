@@ -62,9 +62,10 @@ pub struct Summary {
     pub max_penetration_m: f64,
     /// Edge-triangle intersections of the cloth with itself at the end.
     pub self_intersections: usize,
-    /// Largest `|l / l_0 − 1|` over all edges [1].
+    /// Largest `|l / l_0 − 1|` over all edges, or over all segments of yarns with
+    /// the arc lengths of the state [1].
     pub max_abs_edge_strain: f64,
-    /// Mean `|l / l_0 − 1|` over all edges [1].
+    /// Mean `|l / l_0 − 1|` over all edges or segments [1].
     pub mean_abs_edge_strain: f64,
     /// Largest gap between seam partners at the end [m].
     pub max_seam_gap_m: f64,

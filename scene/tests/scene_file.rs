@@ -94,8 +94,8 @@ fn places_of_mistakes() {
         (
             "[slover]\n",
             "s.toml:3:2: unknown key `slover` (did you mean `solver`? known keys: name, \
-             description, simulation, cloth, body, pin, attachment, button, buttonhole, fabric, mesh, \
-             contact, damping, integrator, relaxation, stop, solver, assembly, assemble, watchdog, output)",
+             description, simulation, cloth, body, pin, attachment, button, buttonhole, fabric, yarn, \
+             mesh, contact, damping, integrator, relaxation, stop, solver, assembly, assemble, watchdog, output)",
         ),
         (
             "[solver]\nnewton_tolerance = 1e-3\n",
@@ -110,7 +110,7 @@ fn places_of_mistakes() {
         (
             "[solver]\npreconditioner = \"block-jacoby\"\n",
             "s.toml:4:18: `solver.preconditioner`: there is no \"block-jacoby\" (did you mean \
-             `block-jacobi`? one of auto, none, diagonal, block-jacobi, incomplete-cholesky, chebyshev, multigrid)",
+             `block-jacobi`? one of auto, none, diagonal, block-jacobi, node-jacobi, incomplete-cholesky, chebyshev, multigrid)",
         ),
         (
             "[contact]\nthickness = \"2 mm\"\n",
@@ -261,8 +261,8 @@ fn missing_and_empty() {
     assert_eq!(
         lines("name = \"x\"\n"),
         [
-            "s.toml: the scene has no cloth (add `[[cloth]]` with `kind = \"sheet\"`, \"mesh\" or \
-             \"pattern\")"
+            "s.toml: the scene has no cloth (add `[[cloth]]` with `kind = \"sheet\"`, \"mesh\", \
+             \"pattern\", \"knit\" or \"woven\")"
         ]
     );
     std::fs::write(folder.path().join("empty.obj"), "").unwrap();

@@ -15,6 +15,7 @@ mod force;
 pub mod knit;
 mod material;
 mod network;
+mod tube;
 mod vec3;
 mod weave;
 
@@ -34,4 +35,5 @@ pub use material::YarnMaterial;
 pub use network::{
     Crossing, NONE, NetworkBuilder, NodeContact, StitchContact, Strand, Visit, Yarn, YarnNetwork,
 };
+pub use tube::{StrandPaths, TubeMesh, Tubes, strand_centres};
 pub use weave::{Draft, Family, WeaveError, Woven};

@@ -30,6 +30,7 @@ pub fn demo(side: usize, frames: usize) -> ReportData {
     let gap: Vec<Vec<f32>> = states.iter().map(|s| gap(&s.positions)).collect();
     let last = |h: &[Vec<f32>]| h.last().cloned().unwrap_or_default();
     ReportData {
+        yarns: None,
         title: "sheet on a ball <demo & test>".into(),
         summary: summary(side),
         settings: settings(),

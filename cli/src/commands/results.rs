@@ -5,9 +5,9 @@ use selvedge_record::compare::{
     CompareOptions, SurfaceOptions, compare_points, compare_recordings, compare_surfaces,
 };
 use selvedge_record::export::{self, FrameRange};
-use selvedge_record::{Recording, Surface};
+use selvedge_record::{Recording, RunHeader, Surface};
 use selvedge_scene::file::obj::{self, Purpose};
-use selvedge_scene::write_whole;
+use selvedge_scene::{YarnSkin, whole_skin, write_whole};
 
 use crate::Failure;
 use crate::args::Format;
@@ -124,7 +124,9 @@ pub fn export(
     } else {
         FrameRange::ALL
     };
-    let written = export::export(&recording, format, frames, &output)?;
+    let skin = skin(recording.header(), format, frames.count(&recording))?;
+    let skin = skin.as_ref().map(|s| s as &dyn export::Skin);
+    let written = export::export_skinned(&recording, format, frames, &output, skin)?;
     if json {
         let files: Vec<String> = written.iter().map(|f| f.display().to_string()).collect();
         say!(
@@ -139,6 +141,33 @@ pub fn export(
     }
     Ok(ExitCode::SUCCESS)
 }
+
+/// Tubes for yarns; coarser where one file holds many frames.
+fn skin(
+    header: &RunHeader,
+    format: export::Format,
+    frames: usize,
+) -> Result<Option<YarnSkin>, Failure> {
+    let (yarns, points) = (&header.yarns, header.points);
+    if yarns.is_empty() || format == export::Format::Pc2 {
+        return Ok(None);
+    }
+    let animated = matches!(format, export::Format::Glb | export::Format::Usda);
+    let budget = match animated {
+        true => (ANIMATED_TRIANGLES / frames.max(1)).clamp(50_000, STILL_TRIANGLES),
+        false => STILL_TRIANGLES,
+    };
+    whole_skin(yarns, points, [budget, MOST_TRIANGLES])
+        .map(Some)
+        .map_err(|e| Failure::Other(format!("the recording's yarns cannot be drawn: {e}")))
+}
+
+/// Triangles of all frames of an animated file together, where yarns are few.
+const ANIMATED_TRIANGLES: usize = 4_000_000;
+/// Triangles of a state, where yarns are few.
+const STILL_TRIANGLES: usize = 100_000;
+/// Triangles of a state in any case; visits are left out beyond.
+const MOST_TRIANGLES: usize = 2_000_000;
 
 /// `selvedge view`
 pub fn view(run: &Path, json: bool) -> Result<ExitCode, Failure> {

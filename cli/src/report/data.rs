@@ -14,8 +14,11 @@ pub struct ReportData {
     pub settings: serde_json::Value,
     /// The scene file, verbatim.
     pub scene_text: String,
-    /// The cloth.
+    /// The cloth; for cloth of yarns the tubes that the pictures show.
     pub mesh: ReportMesh,
+    /// Yarns, for cloth that is made of them; frames then hold points of their
+    /// centre lines.
+    pub yarns: Option<ReportYarns>,
     /// Bodies the cloth touches.
     pub bodies: Vec<ReportSurface>,
     /// Recorded states, in time order; the last one is drawn in the pictures.
@@ -43,6 +46,30 @@ pub struct ReportMesh {
     pub panel: Vec<u16>,
     /// Names of the panels.
     pub panel_names: Vec<String>,
+}
+
+/// Cloth made of yarns.
+#[derive(Debug, Clone, Default)]
+pub struct ReportYarns {
+    /// First point of every yarn in the frames, and the number of points.
+    pub offsets: Vec<u32>,
+    /// Radius of each yarn \[m\].
+    pub radii: Vec<f32>,
+    /// Piece of cloth of each yarn, by its index among the panels' names.
+    pub panels: Vec<u16>,
+    /// Corners of the tubes in the 3D view.
+    pub sides: usize,
+    /// Rings a segment in the 3D view.
+    pub samples: usize,
+    /// Every how many points of the recording the frames hold.
+    pub stride: usize,
+    /// Segments of all yarns as recorded.
+    pub segments: usize,
+    /// Vertices of the pictures' tubes at the last frame \[m\].
+    pub tube_points: Vec<Point>,
+    /// Maps with one value a point of a yarn, which is that of the segment to the
+    /// next point; shown in the 3D view.
+    pub segment_fields: Vec<Field>,
 }
 
 /// A body's surface.

@@ -34,9 +34,11 @@ pub(super) fn gallery(data: &ReportData) -> (String, String) {
     let Some(frame) = data.frames.last() else {
         return Default::default();
     };
+    let drawn = data.yarns.as_ref().map(|y| &y.tube_points);
+    let positions = drawn.unwrap_or(&frame.positions);
     let subject = |paint| Subject {
         mesh: &data.mesh,
-        positions: &frame.positions,
+        positions,
         bodies: &data.bodies,
         paint,
     };
@@ -82,13 +84,17 @@ pub(super) fn gallery(data: &ReportData) -> (String, String) {
         .map(|f| (f, Paint::Triangles(f)))
         .chain(data.point_fields.iter().map(|f| (f, Paint::Points(f))))
         .collect();
-    let map_views = map_views(&frame.positions, &data.mesh.triangles);
+    let map_views = map_views(positions, &data.mesh.triangles);
     for (_, paint) in fields.iter().take(MAPS) {
         jobs.extend(map_views.map(|view| Job {
             paint: *paint,
             view,
             size,
-            style: small,
+            style: match view {
+                // Seen from a corner it is wider than in the views of the scale.
+                View::THREE_QUARTER => PictureStyle::default(),
+                _ => small,
+            },
         }));
     }
     let pictures = draw_all(&jobs, |job| {
@@ -102,19 +108,20 @@ pub(super) fn gallery(data: &ReportData) -> (String, String) {
     let (shaded, maps) = tagged.split_at(1 + SMALL_VIEWS.len());
     (
         format!("<div class=\"views\">\n{}</div>\n", shaded.concat()),
-        map_cards(&fields, maps),
+        map_cards(data, &fields, maps),
     )
 }
 
 /// One card a field: two views, colour scale, figures.
-fn map_cards(fields: &[(&Field, Paint<'_>)], images: &[String]) -> String {
+fn map_cards(data: &ReportData, fields: &[(&Field, Paint<'_>)], images: &[String]) -> String {
     let mut out = String::new();
     for (i, ((field, paint), pair)) in fields.iter().zip(images.chunks(2)).enumerate() {
         let stats = FieldStats::of(field);
-        let places = if matches!(paint, Paint::Triangles(_)) {
-            "triangles"
-        } else {
-            "points"
+        let all = stats.finite + stats.missing;
+        let (places, number) = match (paint, &data.yarns) {
+            (Paint::Triangles(_), Some(y)) => ("segments", y.segments),
+            (Paint::Triangles(_), None) => ("triangles", all),
+            _ => ("points", all),
         };
         let _ = writeln!(
             out,
@@ -123,7 +130,7 @@ fn map_cards(fields: &[(&Field, Paint<'_>)], images: &[String]) -> String {
             pair.concat(),
             colour_bar(field, &stats, i),
             figures(field, &stats),
-            count((stats.finite + stats.missing) as u64),
+            count(number as u64),
         );
     }
     if out.is_empty() {

@@ -31,11 +31,13 @@ mod tables;
 mod text;
 mod ticks;
 mod viewer;
+mod viewer_yarns;
 
 pub use camera::View;
 pub use colour::{ColourMap, MISSING};
 pub use data::{
-    AssemblyStage, Field, Point, ReportData, ReportFrame, ReportMesh, ReportSurface, Series,
+    AssemblyStage, Field, Point, ReportData, ReportFrame, ReportMesh, ReportSurface, ReportYarns,
+    Series,
 };
 pub use error::ReportError;
 pub use page::{MAX_BYTES, render, render_within};

@@ -182,13 +182,97 @@ const surface = (tri, panel, points, triangles) => {
   return s;
 };
 
+// Tubes around yarns: a centripetal Catmull-Rom spline through the embedded
+// points, rings across it in a frame that turns no more than its tangent.
+const tubes = (offsets, radii, panels, { sides, samples }) => {
+  const yarns = radii.length;
+  let rings = 0, triangles = 0;
+  for (let y = 0; y < yarns; y++) {
+    const n = (offsets[y + 1] - offsets[y] - 1) * samples;
+    rings += n + 1; triangles += 2 * sides * n + 2 * (sides - 2);
+  }
+  const tri = new Uint32Array(3 * triangles), segment = new Uint32Array(triangles), panel = new Uint16Array(triangles);
+  let t = 0, base = 0;
+  for (let y = 0; y < yarns; y++) {
+    const n = (offsets[y + 1] - offsets[y] - 1) * samples, end = base + n * sides;
+    const add = (a, b, c, ring) => {
+      tri[3 * t] = a; tri[3 * t + 1] = b; tri[3 * t + 2] = c;
+      panel[t] = panels[y]; segment[t++] = offsets[y] + Math.floor(ring / samples);
+    };
+    for (let k = 1; k < sides - 1; k++) { add(base, base + k + 1, base + k, 0); add(end, end + k, end + k + 1, n - 1); }
+    for (let r = 0; r < n; r++) for (let k = 0; k < sides; k++) {
+      const a = base + r * sides, b = a + sides, l = (k + 1) % sides;
+      add(a + k, a + l, b + k, r); add(b + k, a + l, b + l, r);
+    }
+    base += (n + 1) * sides;
+  }
+  const turn = Array.from({ length: sides }, (_, k) => [Math.cos(2 * Math.PI * k / sides), Math.sin(2 * Math.PI * k / sides)]);
+  const unit = v => { const l = Math.hypot(...v); return l > 1e-30 ? v.map(x => x / l) : null; };
+  const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+  const side = v => unit(Math.abs(v[0]) < 0.7 ? [0, v[2], -v[1]] : [-v[2], 0, v[0]]);
+  const build = p => {
+    const points = new Float32Array(4 * rings * sides), normals = new Float32Array(4 * rings * sides);
+    let at = 0;
+    for (let y = 0; y < yarns; y++) {
+      const first = offsets[y], count = offsets[y + 1] - first, R = radii[y];
+      const x = i => { const o = 4 * (first + i); return [p[o], p[o + 1], p[o + 2]]; };
+      const chord = i => { const a = x(i), b = x(i + 1); return [b[0] - a[0], b[1] - a[1], b[2] - a[2]]; };
+      const slope = i => {
+        const a = i > 0 ? chord(i - 1) : null, b = i < count - 1 ? chord(i) : null;
+        const u = a ? Math.sqrt(Math.hypot(...a)) : 0, w = b ? Math.sqrt(Math.hypot(...b)) : 0;
+        if (u > 0 && w > 0) return a.map((v, k) => v / u - (v + b[k]) / (u + w) + b[k] / w);
+        return u > 0 ? a.map(v => v / u) : w > 0 ? b.map(v => v / w) : [0, 0, 0];
+      };
+      let tangent = [1, 0, 0], across = [0, 1, 0], known = false;
+      const ring = (c, d, there) => {
+        const now = unit(d);
+        if (now && !known) { tangent = now; across = side(now); known = true; }
+        else if (now) {
+          const cos = dot(tangent, now), f = dot(across, now) / (1 + cos);
+          let next = 1 + cos > 1e-6 ? across.map((v, k) => v - f * (tangent[k] + now[k])) : across;
+          const off = dot(next, now);
+          next = unit(next.map((v, k) => v - off * now[k]));
+          tangent = now; across = next || side(now);
+        }
+        const other = [tangent[1] * across[2] - tangent[2] * across[1], tangent[2] * across[0] - tangent[0] * across[2], tangent[0] * across[1] - tangent[1] * across[0]];
+        for (const [cos, sin] of turn) {
+          for (let k = 0; k < 3; k++) { const n = cos * across[k] + sin * other[k]; normals[at + k] = n; points[at + k] = c[k] + R * n; }
+          points[at + 3] = there; at += 4;
+        }
+      };
+      let m = slope(0);
+      for (let i = 0; i < count - 1; i++) {
+        const a = x(i), c = chord(i), next = slope(i + 1), d = Math.sqrt(Math.hypot(...c));
+        const there = Math.min(p[4 * (first + i) + 3], p[4 * (first + i + 1) + 3]);
+        for (let j = 0; j < samples; j++) {
+          const s = j / samples, h = s * s * (3 - 2 * s), g = s * (1 - s) * (1 - s) * d, e = s * s * (1 - s) * d;
+          const hh = 6 * s * (1 - s), gg = (1 - s) * (1 - 3 * s) * d, ee = s * (3 * s - 2) * d;
+          ring([0, 1, 2].map(k => a[k] + c[k] * h + m[k] * g - next[k] * e), j ? [0, 1, 2].map(k => c[k] * hh + m[k] * gg + next[k] * ee) : m, there);
+        }
+        m = next;
+      }
+      ring(x(count - 1), m, p[4 * (first + count - 1) + 3]);
+    }
+    return { points, normals };
+  };
+  return { tri, segment, panel, triangles, count: rings * sides, build };
+};
+
 const setup = () => {
   gl = canvas.getContext('webgl2', { antialias: true, alpha: true, premultipliedAlpha: true });
   if (!gl) return false;
   programs = { cloth: compile(VERTEX, FRAGMENT), grid: compile(GRID_VERTEX, GRID_FRAGMENT) };
   gl.bindVertexArray(gl.createVertexArray());
-  cloth = surface(indices('topology', meta.index), meta.panels > 1 ? new Uint16Array(blob('panel').buffer) : null, meta.points, meta.triangles);
-  cloth.values = table(meta.triangles, gl.R32F, gl.RED, gl.FLOAT, 1, Float32Array);
+  if (meta.yarns) {
+    const t = tubes(new Uint32Array(blob('yarn-offsets').buffer), new Float32Array(blob('yarn-radii').buffer), new Uint16Array(blob('yarn-panels').buffer), meta.yarns);
+    cloth = surface(t.tri, t.panel, t.count, t.triangles);
+    cloth.segment = t.segment;
+    cloth.move = p => {
+      const { points, normals } = t.build(p);
+      cloth.position = points; cloth.normal = normals; cloth.points.set(points); cloth.normals.set(normals);
+    };
+  } else cloth = surface(indices('topology', meta.index), meta.panels > 1 ? new Uint16Array(blob('panel').buffer) : null, meta.points, meta.triangles);
+  cloth.values = table(cloth.triangles, gl.R32F, gl.RED, gl.FLOAT, 1, Float32Array);
   bodies = meta.bodies.map((b, i) => surface(indices('body' + i, b.index), null, b.points, b.triangles));
   programs.sequential = ramp(decode(meta.sequential), 256, gl.LINEAR);
   programs.diverging = ramp(decode(meta.diverging), 256, gl.LINEAR);
@@ -217,7 +301,8 @@ const showField = () => {
   const f = field();
   if (f) {
     const bytes = blob(state.colour + '-' + (f.frames > 1 ? state.frame : 0));
-    if (f.triangles) cloth.values.set(Float32Array.from(bytes, level));
+    if (cloth.segment) cloth.values.set(Float32Array.from(cloth.segment, s => level(bytes[s])));
+    else if (f.triangles) cloth.values.set(Float32Array.from(bytes, level));
     else {
       for (let i = 0; i < bytes.length; i++) cloth.normal[4 * i + 3] = bytes[i] === 255 ? 1e6 : level(bytes[i]);
       cloth.normals.set(cloth.normal);

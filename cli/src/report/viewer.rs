@@ -12,6 +12,7 @@ use super::scalebar::table_bytes;
 use super::shade::{BODY, RIGHT_SIDE, TINTS, WRONG_SIDE};
 use super::stats::FieldStats;
 use super::text::{escape, script_json};
+use super::viewer_yarns;
 
 const SCRIPT: &str = include_str!("viewer.js");
 const CONTROLS: &str = include_str!("viewer.html");
@@ -34,20 +35,25 @@ pub(super) fn viewer(data: &ReportData, budget: usize) -> Viewer {
         .map(|f| f.positions.len())
         .max()
         .unwrap_or(0);
+    let tubes = data.yarns.as_ref();
     if points == 0 || data.mesh.triangles.is_empty() {
         return Viewer::Absent("There is no recorded state with triangles to show in 3D.".into());
     }
-    let fields: Vec<(&Field, bool)> = data
-        .triangle_fields
+    // The view builds tubes itself, from one value a segment.
+    let on_triangles = tubes.map_or(&data.triangle_fields, |y| &y.segment_fields);
+    let on_points = data.point_fields.iter().filter(|_| tubes.is_none());
+    let fields: Vec<(&Field, bool)> = on_triangles
         .iter()
         .map(|f| (f, true))
-        .chain(data.point_fields.iter().map(|f| (f, false)))
+        .chain(on_points.map(|f| (f, false)))
         .filter(|(f, _)| f.values.iter().any(|v| v.is_finite()))
         .collect();
     let fixed = SCRIPT.len()
         + 32_768
-        + topology_len(&data.mesh.triangles, points)
-        + base64_len(2 * data.mesh.panel.len())
+        + tubes.map_or_else(
+            || topology_len(&data.mesh.triangles, points) + base64_len(2 * data.mesh.panel.len()),
+            viewer_yarns::length,
+        )
         + fields
             .iter()
             .map(|(f, _)| base64_len(f.values.len()))
@@ -94,6 +100,12 @@ pub(super) fn viewer(data: &ReportData, budget: usize) -> Viewer {
         ));
     } else if total > 1 {
         remarks.push(format!("All {total} recorded frames."));
+    }
+    if let Some(yarns) = tubes.filter(|y| y.stride > 1) {
+        remarks.push(format!(
+            "Yarns are drawn through one of {} points to limit the size of this page.",
+            yarns.stride
+        ));
     }
     let left_out = data.bodies.len() - bodies.len();
     if left_out > 0 {
@@ -208,15 +220,18 @@ fn describe(
     blobs: &mut Blobs,
 ) -> Value {
     let total = data.frames.len();
-    let triangles = data.mesh.triangles.len();
-    blobs.add("topology", &topology(&data.mesh.triangles, points));
+    let yarns = data.yarns.as_ref();
+    let triangles = yarns.map_or(data.mesh.triangles.len(), |_| points);
+    if yarns.is_none() {
+        blobs.add("topology", &topology(&data.mesh.triangles, points));
+    }
     let panels = data
         .mesh
         .panel
         .iter()
         .max()
         .map_or(1, |&p| usize::from(p) + 1);
-    if panels > 1 {
+    if panels > 1 && yarns.is_none() {
         blobs.add(
             "panel",
             &base64(data.mesh.panel.iter().flat_map(|p| p.to_le_bytes())),
@@ -273,6 +288,7 @@ fn describe(
         .flat_map(|p| colour::panel_colour(p).map(encode))
         .collect();
     json!({
+        "yarns": yarns.map(|y| viewer_yarns::describe(y, |id, text| blobs.add(id, text))),
         "points": points, "triangles": triangles, "index": index_size(points), "frames": frames,
         "bodies": bodies, "fields": fields, "panels": panels, "panelNames": data.mesh.panel_names,
         "palette": base64(palette),

@@ -3,9 +3,9 @@ use std::path::Path;
 
 use serde_json::{Value as Json, json};
 
-use super::SplitCorners;
+use super::{Shown, SplitCorners};
 use crate::atomic::write_atomically;
-use crate::{RecordError, Recording, Surface};
+use crate::{RecordError, Surface};
 
 /// One morph target a frame costs frames² weights and a lot of vertex
 /// buffers; viewers give up somewhere above.
@@ -91,7 +91,7 @@ impl Buffer {
 /// Writes bodies and cloth; frames after the first as morph targets that an
 /// animation plays.
 pub(super) fn write(
-    recording: &Recording,
+    recording: &Shown<'_>,
     indices: &[usize],
     path: &Path,
 ) -> Result<(), RecordError> {
@@ -103,11 +103,6 @@ pub(super) fn write(
             indices.len()
         );
         return Err(RecordError::Export { reason });
-    }
-    if header.triangles.is_empty() {
-        return Err(RecordError::Export {
-            reason: "there are no triangles for glTF".into(),
-        });
     }
     let first = recording.frame(indices[0])?;
     let surface = Surface::of(header, &first.positions);
@@ -215,11 +210,11 @@ pub(super) fn write(
 }
 
 /// Frame `k` shows target `k - 1` alone, the first frame none.
-fn animation(recording: &Recording, indices: &[usize], buffer: &mut Buffer) -> Json {
-    let start = recording.frames()[indices[0]].time;
+fn animation(recording: &Shown<'_>, indices: &[usize], buffer: &mut Buffer) -> Json {
+    let start = recording.time(indices[0]);
     let times: Vec<f32> = indices
         .iter()
-        .map(|i| (recording.frames()[*i].time - start) as f32)
+        .map(|i| (recording.time(*i) - start) as f32)
         .collect();
     let count = indices.len();
     let mut weights = vec![0.0; count * (count - 1)];

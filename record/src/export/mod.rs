@@ -4,6 +4,7 @@ mod glb;
 mod obj;
 mod pc2;
 mod ply;
+mod skin;
 mod usda;
 
 use std::fmt;
@@ -12,8 +13,11 @@ use std::str::FromStr;
 
 use crate::{RecordError, Recording, Surface};
 
-pub use obj::write_obj;
+pub use obj::{write_obj, write_obj_lines};
 pub use ply::write_ply;
+pub use skin::Skin;
+
+use skin::Shown;
 
 /// A file format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,6 +108,11 @@ impl FrameRange {
         }
     }
 
+    /// Number of frames chosen.
+    pub fn count(self, recording: &Recording) -> usize {
+        self.indices(recording).map_or(0, |all| all.len())
+    }
+
     fn indices(self, recording: &Recording) -> Result<Vec<usize>, RecordError> {
         let count = recording.frames().len();
         if self.first >= count || self.last < self.first || self.stride == 0 {
@@ -138,26 +147,46 @@ pub fn export(
     frames: FrameRange,
     path: &Path,
 ) -> Result<Vec<PathBuf>, RecordError> {
+    export_skinned(recording, format, frames, path, None)
+}
+
+/// [`export`] with the triangles of a skin instead of the recorded ones. A point
+/// cache has no triangles and takes the recorded points.
+///
+/// # Errors
+/// As [`export`].
+pub fn export_skinned(
+    recording: &Recording,
+    format: Format,
+    frames: FrameRange,
+    path: &Path,
+    skin: Option<&dyn Skin>,
+) -> Result<Vec<PathBuf>, RecordError> {
     let indices = frames.indices(recording)?;
     if matches!(format, Format::Glb | Format::Usda | Format::Pc2) {
         increasing(recording, &indices)?;
     }
+    let shown = Shown::new(recording, skin);
+    if format != Format::Pc2 && shown.header().triangles.is_empty() {
+        let reason = format!("there are no triangles for {format}; pc2 takes the points alone");
+        return Err(RecordError::Export { reason });
+    }
     let single = match format {
         Format::Obj => write_obj,
         Format::Ply => write_ply,
-        Format::Glb => return glb::write(recording, &indices, path).map(|()| vec![path.into()]),
-        Format::Usda => return usda::write(recording, &indices, path).map(|()| vec![path.into()]),
+        Format::Glb => return glb::write(&shown, &indices, path).map(|()| vec![path.into()]),
+        Format::Usda => return usda::write(&shown, &indices, path).map(|()| vec![path.into()]),
         Format::Pc2 => return pc2::write(recording, &indices, path).map(|()| vec![path.into()]),
     };
     let mut written = Vec::with_capacity(indices.len());
     for &index in &indices {
-        let frame = recording.frame(index)?;
+        let frame = shown.frame(index)?;
         let file = if indices.len() == 1 {
             path.to_owned()
         } else {
             numbered(path, index)
         };
-        single(&file, &Surface::of(recording.header(), &frame.positions))?;
+        single(&file, &Surface::of(shown.header(), &frame.positions))?;
         written.push(file);
     }
     Ok(written)

@@ -3,7 +3,7 @@ use std::path::Path;
 
 use super::SplitCorners;
 use crate::atomic::write_atomically;
-use crate::{RecordError, Surface};
+use crate::{RecordError, Surface, YarnPaths};
 
 /// Writes a surface as Wavefront OBJ.
 ///
@@ -51,6 +51,54 @@ pub fn write_obj(path: &Path, surface: &Surface<'_>) -> Result<(), RecordError> 
                 } else {
                     write!(out, " {point}")?;
                 }
+            }
+            writeln!(out)?;
+        }
+        Ok(())
+    })
+}
+
+/// Writes yarns as Wavefront OBJ: the points as they are and a polyline (`l`) a
+/// yarn, grouped by pieces of cloth.
+///
+/// # Errors
+/// [`RecordError::Surface`], [`RecordError::Write`].
+pub fn write_obj_lines(
+    path: &Path,
+    positions: &[f64],
+    yarns: &YarnPaths,
+    panel_names: &[String],
+) -> Result<(), RecordError> {
+    let points = positions.as_chunks::<3>().0;
+    if let Some(reason) = yarns.fault(points.len()) {
+        return Err(RecordError::Surface { reason });
+    }
+    let surface = Surface {
+        positions,
+        points: points.len(),
+        panel_names,
+        ..Surface::default()
+    };
+    surface.validate()?;
+    write_atomically(path, |out| {
+        writeln!(
+            out,
+            "# {} points, {} yarns",
+            points.len(),
+            yarns.radii.len()
+        )?;
+        for [x, y, z] in points {
+            writeln!(out, "v {x} {y} {z}")?;
+        }
+        let mut group = None;
+        for (yarn, panel) in yarns.panels.iter().enumerate() {
+            if group != Some(panel) {
+                group = Some(panel);
+                writeln!(out, "g {}", one_word(&surface.panel_name(*panel)))?;
+            }
+            write!(out, "l")?;
+            for p in &yarns.points[yarns.visits(yarn)] {
+                write!(out, " {}", p + 1)?;
             }
             writeln!(out)?;
         }

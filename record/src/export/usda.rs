@@ -1,22 +1,23 @@
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
 
+use super::Shown;
 use crate::atomic::write_atomically;
-use crate::{BodySurface, RecordError, Recording, RunHeader};
+use crate::{BodySurface, RecordError, RunHeader};
 
 /// Time codes a second; times in between are exact decimals, not rounded.
 const RATE: f64 = 24.0;
 
 /// Writes a stage with the bodies and the cloth, its points as time samples.
 pub(super) fn write(
-    recording: &Recording,
+    recording: &Shown<'_>,
     indices: &[usize],
     path: &Path,
 ) -> Result<(), RecordError> {
     let header = recording.header();
     let mut failed = None;
     let written = write_atomically(path, |out| {
-        let code = |i: usize| recording.frames()[i].time * RATE;
+        let code = |i: usize| recording.time(i) * RATE;
         writeln!(out, "#usda 1.0\n(")?;
         writeln!(out, "    defaultPrim = \"World\"")?;
         writeln!(

@@ -46,6 +46,7 @@ pub fn header(n: usize) -> RunHeader {
             points: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
             triangles: vec![[0, 2, 1]],
         }],
+        ..RunHeader::default()
     }
 }
 
