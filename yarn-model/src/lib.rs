@@ -15,6 +15,7 @@ mod force;
 pub mod knit;
 mod material;
 mod network;
+pub mod panel;
 mod vec3;
 mod weave;
 

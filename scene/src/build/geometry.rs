@@ -243,7 +243,10 @@ fn add_cloth(
                 (None, Some(mesh), hold)
             })
         }
-        ClothShape::Knit { .. } | ClothShape::Woven { .. } => return,
+        ClothShape::Knit { .. }
+        | ClothShape::Woven { .. }
+        | ClothShape::KnitMesh { .. }
+        | ClothShape::WovenMesh { .. } => return,
     };
     let (material, mesh, hold) = match added {
         Ok(added) => added,
