@@ -25,7 +25,8 @@ pub struct PanelSet {
 impl PanelSet {
     /// Takes a mesh apart. Triangles that share an edge in space with the same
     /// flat coordinates at both ends are of one panel. Points closer than
-    /// `weld` \[m\] are one point, which is how panels are sewn.
+    /// `weld` \[m\] are one point, which is how panels are sewn; so are the flat
+    /// places of a point.
     ///
     /// # Errors
     /// [`PanelError`] for numbers that are not finite, points that do not
@@ -38,12 +39,25 @@ impl PanelSet {
     ) -> Result<Self, PanelError> {
         check(positions, triangles, flat)?;
         let (of, points) = welded(positions, weld);
-        let corner = |t: usize, k: usize| -> Corner {
-            let [u, v] = flat[t][k];
-            // Zero has two signs but is one place.
-            let bits = [(u + 0.0).to_bits(), (v + 0.0).to_bits()];
-            (of[triangles[t][k] as usize], bits)
-        };
+        // Flat places of every point, those that coincide taken for one.
+        let mut places: Vec<Vec<[f64; 2]>> = vec![Vec::new(); points.len()];
+        let mut corners: Vec<[Corner; 3]> = Vec::with_capacity(triangles.len());
+        for (t, flat) in triangles.iter().zip(flat) {
+            corners.push([0, 1, 2].map(|k| {
+                let point = of[t[k] as usize];
+                let [u, v] = flat[k];
+                let known = &mut places[point as usize];
+                let at = known
+                    .iter()
+                    .position(|p| (p[0] - u).hypot(p[1] - v) <= weld);
+                let at = at.unwrap_or_else(|| {
+                    known.push([u, v]);
+                    known.len() - 1
+                });
+                (point, at as u32)
+            }));
+        }
+        let corner = |t: usize, k: usize| corners[t][k];
         let mut first: BTreeMap<[Corner; 2], usize> = BTreeMap::new();
         let mut piece: Vec<usize> = (0..triangles.len()).collect();
         for t in 0..triangles.len() {
@@ -104,8 +118,8 @@ impl Panel {
     }
 }
 
-/// Point in space, and the bits of the flat coordinates.
-type Corner = (u32, [u64; 2]);
+/// Point in space, and which of its flat places.
+type Corner = (u32, u32);
 
 fn root(parent: &mut [usize], mut k: usize) -> usize {
     while parent[k] != k {

@@ -112,6 +112,8 @@ impl PanelSet {
             }
             start += network.nodes() as u32;
         }
+        // A slit through which the yarns go on needs no rod.
+        rods.retain(|rod| rod.joined.iter().any(|k| *k > 0));
         let joined = Joined {
             all: &all,
             drawing: &drawing,
@@ -277,10 +279,14 @@ impl Joined<'_> {
         for i in (0..all.nodes()).filter(|i| self.drawing.onto[*i] == NONE) {
             number[i] = builder.node(all.points[i], all.flat[i], all.front[i]);
         }
-        let rod_nodes: Vec<u32> = stations
-            .iter()
-            .map(|s| builder.node(s.point, s.flat, s.front))
-            .collect();
+        let mut rod_nodes = vec![NONE; stations.len()];
+        for station in rods.iter().flat_map(|rod| &rod.stations) {
+            let at = &mut rod_nodes[*station as usize];
+            if *at == NONE {
+                let s = &stations[*station as usize];
+                *at = builder.node(s.point, s.flat, s.front);
+            }
+        }
         let node = |old: u32| match self.drawing.onto[old as usize] {
             NONE => number[old as usize],
             station => rod_nodes[station as usize],
