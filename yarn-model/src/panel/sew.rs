@@ -1,4 +1,5 @@
 use std::collections::BTreeMap;
+use std::f64::consts::FRAC_PI_2;
 
 use super::{PanelError, PanelSet, PanelSurface, Seam};
 use crate::vec3::V;
@@ -13,6 +14,8 @@ const LEAST_ARC: f64 = 0.25;
 /// Least distance of a rod's node from the neighbours of what it takes, in yarn
 /// radii.
 const NEAREST: f64 = 0.5;
+/// Nodes of a rod that a yarn goes out of its way to turn by a radian less.
+const TURNED: f64 = 2.0;
 /// How many nodes up or down a rod an end may go to.
 const ASIDE: i64 = 3;
 
@@ -196,7 +199,8 @@ struct Drawing {
 impl Drawing {
     /// Draws a node to the station that is nearest on the nearest border of its
     /// panel, or to one beside it where a neighbour on the yarn is there
-    /// already or too near. False if there is none.
+    /// already or too near, or where the yarn would turn back. False if there
+    /// is none.
     fn draw(
         &mut self,
         set: &PanelSet,
@@ -246,15 +250,39 @@ impl Drawing {
         };
         let mut order: Vec<i64> = (-ASIDE..=ASIDE).map(|k| place.round() as i64 + k).collect();
         order.retain(|k| (0..=last).contains(k));
-        let off = |k: &i64| (*k as f64 - place).abs();
-        order.sort_by(|a, b| off(a).total_cmp(&off(b)));
-        let Some(k) = order.into_iter().find(free) else {
+        let cost = |k: &i64| {
+            let off = (*k as f64 - place).abs();
+            off + TURNED * self.sharpness(all, node, at(*k))
+        };
+        let costs = order.into_iter().filter(free).map(|k| (cost(&k), k));
+        let Some((_, k)) = costs.min_by(|a, b| a.0.total_cmp(&b.0)) else {
             return false;
         };
         self.onto[node as usize] = rod.stations[k as usize];
         self.places[node as usize] = at(k);
         rod.joined[side] += 1;
         true
+    }
+
+    /// By how much yarns would turn by more than a right angle about a node and
+    /// the nodes beside it if the node were at `place`, summed \[rad\].
+    fn sharpness(&self, all: &YarnNetwork, node: u32, place: [f64; 2]) -> f64 {
+        let strand = |s: u32| &all.strands[s as usize];
+        let at = |s: u32| match strand(s).node {
+            n if n == node => place,
+            n => self.places[n as usize],
+        };
+        let turn = |s: u32| {
+            if s == NONE || strand(s).prev == NONE || strand(s).next == NONE {
+                return 0.0;
+            }
+            let [x, y, z] = [strand(s).prev, s, strand(s).next].map(at);
+            let (d, e) = ([y[0] - x[0], y[1] - x[1]], [z[0] - y[0], z[1] - y[1]]);
+            let (cross, dot) = (d[0] * e[1] - d[1] * e[0], d[0] * e[0] + d[1] * e[1]);
+            (cross.abs().atan2(dot) - FRAC_PI_2).max(0.0)
+        };
+        let beside = |s| turn(strand(s).prev) + turn(s) + turn(strand(s).next);
+        all.strands_of(node).map(beside).sum()
     }
 }
 
