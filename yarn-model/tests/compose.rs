@@ -10,7 +10,10 @@ fn twill(n: usize) -> YarnNetwork {
 }
 
 /// Points, arcs and materials along every yarn, which no numbering changes.
-fn along(network: &YarnNetwork) -> Vec<Vec<([f64; 3], f64, bool, usize)>> {
+/// Place, arc length, whether held, and yarns at the node.
+type Stop = ([f64; 3], f64, bool, usize);
+
+fn along(network: &YarnNetwork) -> Vec<Vec<Stop>> {
     (0..network.yarns.len() as u32)
         .map(|y| {
             network
