@@ -9,10 +9,10 @@ fn twill(n: usize) -> YarnNetwork {
         .expect("a valid cloth")
 }
 
-/// Points, arcs and materials along every yarn, which no numbering changes.
-/// Place, arc length, whether held, and yarns at the node.
+/// Place, arc length, whether held, and place in the node's stack.
 type Stop = ([f64; 3], f64, bool, usize);
 
+/// Points, arcs and materials along every yarn, which no numbering changes.
 fn along(network: &YarnNetwork) -> Vec<Vec<Stop>> {
     (0..network.yarns.len() as u32)
         .map(|y| {
