@@ -144,7 +144,10 @@ pub fn coarser(scene: &SceneFile, factor: f64) -> Result<SceneFile, String> {
                     cloth.name
                 ));
             }
-            ClothShape::Knit { .. } | ClothShape::Woven { .. } => {
+            ClothShape::Knit { .. }
+            | ClothShape::Woven { .. }
+            | ClothShape::KnitMesh { .. }
+            | ClothShape::WovenMesh { .. } => {
                 return Err(format!(
                     "the points of `{}` are where its yarns cross: there is no coarser cloth to \
                      compare with",

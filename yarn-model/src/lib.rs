@@ -16,6 +16,7 @@ pub mod knit;
 mod material;
 mod network;
 mod tube;
+pub mod panel;
 mod vec3;
 mod weave;
 

@@ -243,7 +243,10 @@ fn add_cloth(
                 (None, Some(mesh), hold)
             })
         }
-        ClothShape::Knit { .. } | ClothShape::Woven { .. } => return,
+        ClothShape::Knit { .. }
+        | ClothShape::Woven { .. }
+        | ClothShape::KnitMesh { .. }
+        | ClothShape::WovenMesh { .. } => return,
     };
     let (material, mesh, hold) = match added {
         Ok(added) => added,
@@ -292,7 +295,11 @@ fn add_cloth(
 
 fn add_yarns(cloth: &Cloth, network: YarnNetwork, draft: &mut Draft) {
     let start = draft.positions.len() as u32;
-    let material = yarns::selectable(&network, cloth);
+    let material = match &cloth.shape {
+        // Panels have no corners by name.
+        ClothShape::KnitMesh { .. } | ClothShape::WovenMesh { .. } => None,
+        _ => Some(yarns::selectable(&network, cloth)),
+    };
     draft.positions.extend_from_slice(&network.points);
     match &mut draft.network {
         Some(all) => all.append(&network),
@@ -303,7 +310,7 @@ fn add_yarns(cloth: &Cloth, network: YarnNetwork, draft: &mut Draft) {
     draft.parts.push(Part {
         name: cloth.name.clone(),
         points: start..draft.positions.len() as u32,
-        material: Some(material),
+        material,
         labels: BTreeMap::new(),
         hold: Vec::new(),
         garment: None,

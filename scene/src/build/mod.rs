@@ -11,6 +11,7 @@ mod rest;
 mod sewn;
 mod system;
 mod trims;
+mod yarn_panels;
 mod yarns;
 
 use std::sync::Arc;

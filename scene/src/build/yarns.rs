@@ -14,6 +14,7 @@ use selvedge_yarn_model::{
     YarnShear, YarnStretch, lumped_point_masses, lumped_scalar_masses,
 };
 
+use super::yarn_panels;
 use crate::diagnostic::Diagnostics;
 use crate::file::Parsed;
 use crate::file::model::{Cloth, ClothShape, yarn_named};
@@ -37,16 +38,8 @@ pub(super) fn network(
         let path = format!("cloth.{index}.{key}");
         Diagnostics::from(parsed.locations.error("scene::yarns", &path, message))
     };
-    let yarn = |key: &str, name: &str| {
-        yarn_named(&parsed.scene.yarn, name).ok_or_else(|| {
-            let known = parsed.scene.yarn.keys().map(String::as_str);
-            let known: Vec<&str> = known.chain(LIBRARY).collect();
-            fail(
-                key,
-                format!("there is no yarn `{name}`; there are {}", known.join(", ")),
-            )
-        })
-    };
+    let yarn =
+        |key: &str, name: &str| find_yarn(parsed, name).map_err(|message| fail(key, message));
     let built = match &cloth.shape {
         ClothShape::Knit {
             chart,
@@ -57,9 +50,7 @@ pub(super) fn network(
             ..
         } => yarn("yarn", name).and_then(|material| {
             let chart = chart_named(parsed, chart, *stitches).map_err(|m| fail("chart", m))?;
-            let course = course_pitch.unwrap_or(5.2 * material.radius);
-            let wale = wale_pitch.unwrap_or(0.75 * course);
-            let options = KnitOptions::with_gauge(material, course, wale, 1.0);
+            let options = knit_options(material, *course_pitch, *wale_pitch);
             let knitted = knitted(&chart, &options);
             knitted
                 .map(|k| k.network)
@@ -85,32 +76,70 @@ pub(super) fn network(
                 .build(&draft)
                 .map_err(|e| fail("yarns", e.to_string()))
         }),
+        ClothShape::KnitMesh { .. } | ClothShape::WovenMesh { .. } => {
+            return Some(yarn_panels::network(parsed, index, &cloth.shape));
+        }
         _ => return None,
     };
     Some(built.map(laid_flat))
+}
+
+/// A yarn of the scene or of the library.
+pub(super) fn find_yarn(parsed: &Parsed, name: &str) -> Result<YarnMaterial, String> {
+    yarn_named(&parsed.scene.yarn, name).ok_or_else(|| {
+        let known = parsed.scene.yarn.keys().map(String::as_str);
+        let known: Vec<&str> = known.chain(LIBRARY).collect();
+        format!("there is no yarn `{name}`; there are {}", known.join(", "))
+    })
+}
+
+/// Loops of a yarn at a gauge [m], or at the gauge that suits it.
+pub(super) fn knit_options(
+    material: YarnMaterial,
+    course: Option<f64>,
+    wale: Option<f64>,
+) -> KnitOptions {
+    let course = course.unwrap_or(5.2 * material.radius);
+    KnitOptions::with_gauge(material, course, wale.unwrap_or(0.75 * course), 1.0)
 }
 
 /// Yarns of the library.
 const LIBRARY: [&str; 4] = ["sweater", "shirt", "pullover", "weaving"];
 
 fn chart_named(parsed: &Parsed, name: &str, [width, rows]: [usize; 2]) -> Result<Chart, String> {
-    let pattern = if BUILT_IN_CHARTS.contains(&name) {
-        StitchPattern::built_in(name).map_err(|e| e.to_string())?
-    } else {
-        let text = file_text(parsed, name, &BUILT_IN_CHARTS)?;
-        if name.ends_with(".k") || name.ends_with(".knitout") || text.starts_with(";!knitout") {
-            return read_knitout(&text)
-                .map(|k| k.chart)
-                .map_err(|e| format!("{name}: {e}"));
-        }
-        StitchPattern::parse(&text).map_err(|e| format!("{name}:{e}"))?
+    let pattern = match pattern_named(parsed, name)? {
+        Construction::Pattern(pattern) => pattern,
+        Construction::Chart(chart) => return Ok(chart),
     };
     pattern
         .chart_of(width, rows)
         .map_err(|e| format!("{name}: {e}"))
 }
 
-fn draft_named(parsed: &Parsed, name: &str) -> Result<Draft, String> {
+/// What a chart's name stands for.
+pub(super) enum Construction {
+    /// A pattern that repeats.
+    Pattern(StitchPattern),
+    /// A chart of fixed size.
+    Chart(Chart),
+}
+
+pub(super) fn pattern_named(parsed: &Parsed, name: &str) -> Result<Construction, String> {
+    if BUILT_IN_CHARTS.contains(&name) {
+        let pattern = StitchPattern::built_in(name).map_err(|e| e.to_string())?;
+        return Ok(Construction::Pattern(pattern));
+    }
+    let text = file_text(parsed, name, &BUILT_IN_CHARTS)?;
+    if name.ends_with(".k") || name.ends_with(".knitout") || text.starts_with(";!knitout") {
+        return read_knitout(&text)
+            .map(|k| Construction::Chart(k.chart))
+            .map_err(|e| format!("{name}: {e}"));
+    }
+    let pattern = StitchPattern::parse(&text).map_err(|e| format!("{name}:{e}"))?;
+    Ok(Construction::Pattern(pattern))
+}
+
+pub(super) fn draft_named(parsed: &Parsed, name: &str) -> Result<Draft, String> {
     const BUILT_IN: [&str; 4] = ["plain", "twill-2-2", "satin-5", "basket-2-2"];
     if BUILT_IN.contains(&name) {
         return Draft::named(name).map_err(|e| e.to_string());

@@ -6,7 +6,7 @@ const HEAD_WIDTH: f64 = 0.64;
 /// Where loops and their contacts lie.
 pub(super) struct Layout<'a> {
     graph: &'a LoopGraph,
-    options: &'a KnitOptions,
+    pub options: &'a KnitOptions,
     /// Centre of every loop \[m\].
     pub centres: Vec<[f64; 2]>,
 }

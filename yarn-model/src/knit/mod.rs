@@ -33,6 +33,7 @@ mod relax;
 mod template;
 
 pub use graph::{KnitLoop, LoopGraph, Thread};
+pub(crate) use network::knitted_within;
 pub use network::{Knitted, StitchLoop, StitchMap, knitted, knitted_part};
 pub use options::KnitOptions;
 pub use relax::relaxed_centres;

@@ -8,6 +8,9 @@ use crate::{NONE, NetworkBuilder, StitchContact, Visit, YarnError, YarnNetwork};
 const LEAST_ARC: f64 = 0.25;
 /// Width of the contacts of such a child at node A, in those of a single one.
 const NARROW: f64 = 0.75;
+/// Distance of a yarn's end from the loop's outermost node, in courses: half a
+/// sinker.
+const BESIDE: f64 = 0.18;
 
 /// A knitted cloth and where its loops are.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,26 +71,46 @@ pub fn knitted_part(
     options: &KnitOptions,
     keep: impl Fn(&KnitLoop, [f64; 2]) -> bool,
 ) -> Result<Knitted, YarnError> {
-    options.validate()?;
     let graph = LoopGraph::new(chart);
-    let layout = Layout::new(&graph, options);
-    let kept = graph
-        .loops
-        .iter()
-        .zip(&layout.centres)
-        .map(|(l, c)| keep(l, *c));
-    let kept = kept.collect();
-    let knitter = Knitter {
-        least: LEAST_ARC * options.material.radius,
-        builder: NetworkBuilder::new(vec![options.material.clone()]),
-        points: Vec::new(),
-        contacts: Vec::new(),
-        feet: Vec::with_capacity(graph.loops.len()),
-        graph: &graph,
-        layout,
-        kept,
-    };
-    knitter.knit()
+    let layout = laid_out(&graph, options)?;
+    let kept = kept(&graph, &layout, keep);
+    Knitter::new(&graph, layout, kept, false).knit()
+}
+
+/// As [`knitted_part`], for a part that its border cuts out: stitches that
+/// hold no other and are held by none are left out, and both ends of every yarn
+/// get a node half a stitch beside their last loop. `None` if nothing is left.
+pub(crate) fn knitted_within(
+    chart: &Chart,
+    options: &KnitOptions,
+    keep: impl Fn(&KnitLoop, [f64; 2]) -> bool,
+) -> Result<Option<Knitted>, YarnError> {
+    let graph = LoopGraph::new(chart);
+    let layout = laid_out(&graph, options)?;
+    let within = kept(&graph, &layout, keep);
+    let any = |mut of: std::ops::Range<u32>| of.any(|k| within[k as usize]);
+    let held = |l: &KnitLoop| any(l.parent_range()) || any(l.child_range());
+    let kept: Vec<bool> = (graph.loops.iter().zip(&within))
+        .map(|(l, within)| *within && held(l))
+        .collect();
+    if !kept.contains(&true) {
+        return Ok(None);
+    }
+    Knitter::new(&graph, layout, kept, true).knit().map(Some)
+}
+
+fn laid_out<'a>(graph: &'a LoopGraph, options: &'a KnitOptions) -> Result<Layout<'a>, YarnError> {
+    options.validate()?;
+    Ok(Layout::new(graph, options))
+}
+
+fn kept(
+    graph: &LoopGraph,
+    layout: &Layout<'_>,
+    keep: impl Fn(&KnitLoop, [f64; 2]) -> bool,
+) -> Vec<bool> {
+    let loops = graph.loops.iter().zip(&layout.centres);
+    loops.map(|(l, centre)| keep(l, *centre)).collect()
 }
 
 /// Node numbers at the base of a loop.
@@ -125,9 +148,26 @@ struct Knitter<'a> {
     points: Vec<[f64; 3]>,
     contacts: Vec<StitchContact>,
     feet: Vec<Foot>,
+    /// Whether yarns end beside their loops.
+    ends: bool,
 }
 
-impl Knitter<'_> {
+impl<'a> Knitter<'a> {
+    fn new(graph: &'a LoopGraph, layout: Layout<'a>, kept: Vec<bool>, ends: bool) -> Self {
+        let material = &layout.options.material;
+        Self {
+            least: LEAST_ARC * material.radius,
+            builder: NetworkBuilder::new(vec![material.clone()]),
+            points: Vec::new(),
+            contacts: Vec::new(),
+            feet: Vec::with_capacity(graph.loops.len()),
+            graph,
+            layout,
+            kept,
+            ends,
+        }
+    }
+
     fn knit(mut self) -> Result<Knitted, YarnError> {
         for l in 0..self.graph.loops.len() as u32 {
             let foot = self.foot(l);
@@ -141,7 +181,10 @@ impl Knitter<'_> {
         let mut visits = vec![[NONE; 8]; graph.loops.len()];
         let mut yarn_of = vec![NONE; graph.loops.len()];
         for thread in graph.threads(|l| self.kept[l as usize]) {
-            let passes = self.passes(&thread.loops);
+            let mut passes = self.passes(&thread.loops);
+            if self.ends {
+                self.add_ends(&mut passes, &thread.loops);
+            }
             let yarn = self.thread(&passes, thread.auxiliary);
             for (k, pass) in passes.iter().enumerate() {
                 if pass.place != EXTRA {
@@ -250,6 +293,30 @@ impl Knitter<'_> {
             passes.extend(own);
         }
         passes
+    }
+
+    /// Adds a node beside the first and the last loop of a piece of yarn.
+    fn add_ends(&mut self, passes: &mut Vec<Pass>, loops: &[(u32, bool)]) {
+        let mut beside = |pass: &Pass, l: u32, right: bool| {
+            let mut point = self.points[pass.node as usize];
+            let aside = BESIDE * self.layout.template(l).course;
+            point[0] += if right { aside } else { -aside };
+            Pass {
+                node: self.node(point),
+                layer: 0,
+                contact: NONE,
+                owner: NONE,
+                head: false,
+                right: false,
+                place: EXTRA,
+            }
+        };
+        let ends = (passes.first().copied(), passes.last().copied());
+        if let ((Some(first), Some(last)), [(l, right), ..], [.., (k, on)]) = (ends, loops, loops) {
+            let (before, after) = (beside(&first, *l, !right), beside(&last, *k, *on));
+            passes.insert(0, before);
+            passes.push(after);
+        }
     }
 
     /// Visits of a loop from left to right.

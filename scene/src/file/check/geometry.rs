@@ -20,7 +20,10 @@ impl Check<'_> {
                     edge_length,
                     ..
                 } => self.sheet(&path, *size, *points, *edge_length),
-                ClothShape::Mesh { file, .. } | ClothShape::Pattern { file, .. } => {
+                ClothShape::Mesh { file, .. }
+                | ClothShape::Pattern { file, .. }
+                | ClothShape::KnitMesh { file, .. }
+                | ClothShape::WovenMesh { file, .. } => {
                     self.input_file(&format!("{path}.file"), file);
                 }
                 ClothShape::Knit { .. } | ClothShape::Woven { .. } => {}

@@ -84,12 +84,8 @@ impl Check<'_> {
             )
         };
         let wrong = match (select, shape) {
-            (Select::Corner(_), Some(ClothShape::Mesh { .. } | ClothShape::Pattern { .. })) => {
-                Some(sheet_only("corner"))
-            }
-            (Select::Edge(_), Some(ClothShape::Mesh { .. } | ClothShape::Pattern { .. })) => {
-                Some(sheet_only("edge"))
-            }
+            (Select::Corner(_), Some(shape)) if is_irregular(shape) => Some(sheet_only("corner")),
+            (Select::Edge(_), Some(shape)) if is_irregular(shape) => Some(sheet_only("edge")),
             (Select::Label(_), Some(ClothShape::Sheet { .. } | ClothShape::Mesh { .. })) => Some((
                 at("label"),
                 format!("`{}`: only a pattern has labels", at("label")),
@@ -156,4 +152,15 @@ impl Check<'_> {
             }
         }
     }
+}
+
+/// Whether cloth has no corners and edges by name.
+fn is_irregular(shape: &ClothShape) -> bool {
+    matches!(
+        shape,
+        ClothShape::Mesh { .. }
+            | ClothShape::Pattern { .. }
+            | ClothShape::KnitMesh { .. }
+            | ClothShape::WovenMesh { .. }
+    )
 }

@@ -5,7 +5,7 @@ use super::super::spec::{
     Key, Range, Table, Variant, derived, integer, key, number, optional, required,
 };
 use super::POSITION;
-use super::yarn::{KNIT, WOVEN};
+use super::yarn::{KNIT, KNIT_MESH, WOVEN, WOVEN_MESH};
 
 const MOST_LAYERS: i64 = 100;
 
@@ -94,6 +94,16 @@ pub(super) static CLOTH: Table = Table::new(
             name: "woven",
             doc: "A woven rectangle, yarn by yarn, from a weave draft.",
             keys: WOVEN,
+        },
+        Variant {
+            name: "knit-mesh",
+            doc: "The panels of an OBJ file, knitted and sewn yarn by yarn.",
+            keys: KNIT_MESH,
+        },
+        Variant {
+            name: "woven-mesh",
+            doc: "The panels of an OBJ file, woven and sewn yarn by yarn.",
+            keys: WOVEN_MESH,
         },
     ],
 );

@@ -1,5 +1,5 @@
-use super::super::spec::Kind::{Bool, Choice, Integers, Text};
-use super::super::spec::{Key, Range, Table, key, number, optional};
+use super::super::spec::Kind::{Bool, Choice, Integers, Path, Text};
+use super::super::spec::{Key, Range, Table, key, number, optional, required};
 
 /// A kind of yarn.
 pub(super) static YARN: Table = Table::new(
@@ -79,14 +79,117 @@ const YARN_NAME: Key = key(
     "A yarn of this scene (`[yarn.NAME]`) or of the library.",
 );
 
+const CHART: Key = key(
+    "chart",
+    Text,
+    "\"stockinette\"",
+    "A built-in chart (stockinette, garter, rib-2x2, seed, feather-and-fan, \
+     openwork-diamonds, flame-chevron) or a chart file, relative to the scene file.",
+);
+
+const COURSE_PITCH: Key = optional(
+    "course_pitch",
+    number("m", Range::up_to(0.2)),
+    "Distance of neighbouring stitches in a row; default 5.2 radii of the yarn.",
+)
+.hint("m, not mm");
+
+const WALE_PITCH: Key = optional(
+    "wale_pitch",
+    number("m", Range::up_to(0.2)),
+    "Distance of rows; default 0.75 of the course pitch.",
+)
+.hint("m, not mm");
+
+const DRAFT: Key = key(
+    "draft",
+    Text,
+    "\"plain\"",
+    "A built-in weave (plain, twill-2-2, satin-5, basket-2-2) or a draft file, relative to \
+     the scene file.",
+);
+
+const SPACING: Key = key(
+    "spacing",
+    number("m", Range::up_to(0.2)),
+    "0.001",
+    "Distance of neighbouring yarns.",
+)
+.hint("m, not mm");
+
+const CRIMP: Key = key(
+    "crimp",
+    number("", Range::between(0.5, 2.0)),
+    "1",
+    "Length of a yarn at rest over the length that it spans in flat cloth.",
+);
+
+const WEFT_YARN: Key = optional(
+    "weft_yarn",
+    Text,
+    "Yarn of the weft, where it is not that of the warp.",
+);
+
+const FILE: Key = required(
+    "file",
+    Path,
+    "OBJ file with texture coordinates, relative to the scene file, such as the `final.obj` of \
+     a draped garment. Its panels are the connected pieces of the texture; seams are where \
+     points of their borders coincide in space. Every border gets a rod, a yarn into whose \
+     points the ends of the panels' yarns are merged.",
+);
+
+const SCALE: Key = key(
+    "scale",
+    number("", Range::up_to(1e4)),
+    "1",
+    "Factor from the file's unit to metres, for positions and texture coordinates.",
+);
+
+const GRAIN: Key = key(
+    "grain",
+    Choice(&[
+        ("u", "the first, which is the warp of `final.obj`"),
+        ("v", "the second"),
+    ]),
+    "\"u\"",
+    "Texture coordinate along which warps and wales run.",
+);
+
+const SEAM_YARN: Key = optional(
+    "seam_yarn",
+    Text,
+    "Yarn of the rods along seams and borders; default `yarn`.",
+);
+
+const SEAM_SLACK: Key = key(
+    "seam_slack",
+    number("", Range::between(0.5, 4.0)),
+    "1",
+    "Rest length of those rods over that of the border: more than 1 lets a seam stretch.",
+);
+
+/// A mesh, knitted.
+pub(super) static KNIT_MESH: &[Key] = &[
+    FILE,
+    SCALE,
+    GRAIN,
+    CHART,
+    YARN_NAME,
+    SEAM_YARN,
+    SEAM_SLACK,
+    COURSE_PITCH,
+    WALE_PITCH,
+    SLIDING,
+];
+
+/// A mesh, woven.
+pub(super) static WOVEN_MESH: &[Key] = &[
+    FILE, SCALE, GRAIN, DRAFT, SPACING, CRIMP, YARN_NAME, WEFT_YARN, SEAM_YARN, SEAM_SLACK, SLIDING,
+];
+
 pub(super) static KNIT: &[Key] = &[
-    key(
-        "chart",
-        Text,
-        "\"stockinette\"",
-        "A built-in chart (stockinette, garter, rib-2x2, seed, feather-and-fan, \
-         openwork-diamonds, flame-chevron) or a chart file, relative to the scene file.",
-    ),
+    CHART,
     key(
         "stitches",
         Integers {
@@ -98,29 +201,13 @@ pub(super) static KNIT: &[Key] = &[
         "Stitches in a row, and rows.",
     ),
     YARN_NAME,
-    optional(
-        "course_pitch",
-        number("m", Range::up_to(0.2)),
-        "Distance of neighbouring stitches in a row; default 5.2 radii of the yarn.",
-    )
-    .hint("m, not mm"),
-    optional(
-        "wale_pitch",
-        number("m", Range::up_to(0.2)),
-        "Distance of rows; default 0.75 of the course pitch.",
-    )
-    .hint("m, not mm"),
+    COURSE_PITCH,
+    WALE_PITCH,
     SLIDING,
 ];
 
 pub(super) static WOVEN: &[Key] = &[
-    key(
-        "draft",
-        Text,
-        "\"plain\"",
-        "A built-in weave (plain, twill-2-2, satin-5, basket-2-2) or a draft file, relative to \
-         the scene file.",
-    ),
+    DRAFT,
     key(
         "yarns",
         Integers {
@@ -131,24 +218,9 @@ pub(super) static WOVEN: &[Key] = &[
         "[50, 50]",
         "Warps and wefts.",
     ),
-    key(
-        "spacing",
-        number("m", Range::up_to(0.2)),
-        "0.001",
-        "Distance of neighbouring yarns.",
-    )
-    .hint("m, not mm"),
-    key(
-        "crimp",
-        number("", Range::between(0.5, 2.0)),
-        "1",
-        "Length of a yarn at rest over the length that it spans in flat cloth.",
-    ),
+    SPACING,
+    CRIMP,
     YARN_NAME,
-    optional(
-        "weft_yarn",
-        Text,
-        "Yarn of the weft, where it is not that of the warp.",
-    ),
+    WEFT_YARN,
     SLIDING,
 ];

@@ -106,6 +106,69 @@ pub enum ClothShape {
         /// Whether yarns slide.
         sliding: bool,
     },
+    /// A mesh file knitted panel by panel.
+    KnitMesh {
+        /// The file.
+        file: PathBuf,
+        /// Factor to metres.
+        scale: f64,
+        /// Texture coordinate along the wales.
+        grain: Grain,
+        /// Built-in chart or chart file.
+        chart: String,
+        /// Name of its yarn.
+        yarn: String,
+        /// Name of the seams' yarn.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        seam_yarn: Option<String>,
+        /// Rest length of seams over that of the borders.
+        seam_slack: f64,
+        /// Distance of stitches in a row \[m\].
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        course_pitch: Option<f64>,
+        /// Distance of rows \[m\].
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        wale_pitch: Option<f64>,
+        /// Whether yarns slide.
+        sliding: bool,
+    },
+    /// A mesh file woven panel by panel.
+    WovenMesh {
+        /// The file.
+        file: PathBuf,
+        /// Factor to metres.
+        scale: f64,
+        /// Texture coordinate along the warps.
+        grain: Grain,
+        /// Built-in weave or draft file.
+        draft: String,
+        /// Distance of neighbouring yarns \[m\].
+        spacing: f64,
+        /// Rest length of yarns over the length that they span.
+        crimp: f64,
+        /// Name of the warp's yarn.
+        yarn: String,
+        /// Name of the weft's yarn.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        weft_yarn: Option<String>,
+        /// Name of the seams' yarn.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        seam_yarn: Option<String>,
+        /// Rest length of seams over that of the borders.
+        seam_slack: f64,
+        /// Whether yarns slide.
+        sliding: bool,
+    },
+}
+
+/// Texture coordinate along warps and wales.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Grain {
+    /// The first.
+    U,
+    /// The second.
+    V,
 }
 
 /// What of a mesh file is at rest.
@@ -154,7 +217,10 @@ impl Cloth {
     /// Whether its yarns slide, for cloth of yarns.
     pub fn slides(&self) -> Option<bool> {
         match self.shape {
-            ClothShape::Knit { sliding, .. } | ClothShape::Woven { sliding, .. } => Some(sliding),
+            ClothShape::Knit { sliding, .. }
+            | ClothShape::Woven { sliding, .. }
+            | ClothShape::KnitMesh { sliding, .. }
+            | ClothShape::WovenMesh { sliding, .. } => Some(sliding),
             _ => None,
         }
     }
@@ -192,7 +258,11 @@ impl Cloth {
             ClothShape::Sheet { edge_length, .. } | ClothShape::Pattern { edge_length, .. } => {
                 *edge_length
             }
-            ClothShape::Mesh { .. } | ClothShape::Knit { .. } | ClothShape::Woven { .. } => None,
+            ClothShape::Mesh { .. }
+            | ClothShape::Knit { .. }
+            | ClothShape::Woven { .. }
+            | ClothShape::KnitMesh { .. }
+            | ClothShape::WovenMesh { .. } => None,
         }
     }
 }
