@@ -89,10 +89,7 @@ impl Net {
                 // F = (x1 − x0)/(s1 − s0): the length of F changes by d, along d by −1
                 let d = DVector::from_fn(3, |_, _| random.unit()).normalize();
                 let r = 1.0 + 0.3 * random.unit();
-                let g = DVector::from_iterator(
-                    8,
-                    [-d[0], -d[1], -d[2], r, d[0], d[1], d[2], -r].into_iter(),
-                );
+                let g = DVector::from_iterator(8, [-d[0], -d[1], -d[2], r, d[0], d[1], d[2], -r]);
                 &g * g.transpose() * stiffness
             } else {
                 let weights = [1.0, -2.0 + 0.2 * random.unit(), 1.0];
