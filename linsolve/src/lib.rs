@@ -73,8 +73,8 @@ pub use operator::{ExplicitOperator, LinearOperator};
 pub use ordering::{Permutation, reverse_cuthill_mckee};
 pub use pattern::Pattern;
 pub use preconditioner::{
-    BlockIc, BlockJacobi, Chebyshev, Diagonal, Multigrid, NoPreconditioner, NodeJacobi, Pointwise,
-    Preconditioner, ScalarIc,
+    BlockIc, BlockJacobi, Chebyshev, Diagonal, Multigrid, NoPreconditioner, NodeIc, NodeJacobi,
+    Pointwise, Preconditioner, ScalarIc,
 };
 pub use real::Real;
 pub use reassembled::ReassembledMatrix;

@@ -2,15 +2,16 @@
 
 use crate::{
     BlockIc, BlockJacobi, Chebyshev, Diagonal, Direct, LinearSolver, LinsolveError, Mpcg,
-    MpcgSettings, Multigrid, NoPreconditioner, NodeJacobi, Preconditioner, Real, ScalarIc,
+    MpcgSettings, Multigrid, NoPreconditioner, NodeIc, NodeJacobi, Preconditioner, Real, ScalarIc,
 };
 
 /// Valid names for [`preconditioner_by_name`].
-pub const PRECONDITIONERS: [&str; 8] = [
+pub const PRECONDITIONERS: [&str; 9] = [
     "none",
     "diagonal",
     "block-jacobi",
     "node-jacobi",
+    "node-ic",
     "ic",
     "block-ic",
     "chebyshev",
@@ -32,6 +33,7 @@ pub fn preconditioner_by_name<T: Real>(
         "diagonal" => Box::new(Diagonal::default()),
         "block-jacobi" => Box::new(BlockJacobi::default()),
         "node-jacobi" => Box::new(NodeJacobi::default()),
+        "node-ic" => Box::new(NodeIc::default()),
         "ic" => Box::new(ScalarIc::default()),
         "block-ic" => Box::new(BlockIc::default()),
         "chebyshev" => Box::new(Chebyshev::default()),
@@ -60,8 +62,8 @@ pub fn solver_by_name<T: Real>(
     match name {
         "cg" => {
             let cg = Mpcg::new(preconditioner_by_name(preconditioner)?, settings);
-            // Two of the names are the rescue itself.
-            let strong = ["ic", "block-ic"].contains(&preconditioner);
+            // Some of the names are the rescue itself, or stronger.
+            let strong = ["ic", "block-ic", "node-ic"].contains(&preconditioner);
             Ok(Box::new(if strong {
                 cg
             } else {

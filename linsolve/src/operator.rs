@@ -63,6 +63,12 @@ pub trait ExplicitOperator<T: Real>: LinearOperator<T> {
         [0.0; 3]
     }
 
+    /// Values of the [`border`](Self::border) by its slots: couplings of scalars
+    /// with points, and entries among the scalars. Empty without a border.
+    fn border_values(&self) -> (&[[T; 3]], &[T]) {
+        (&[], &[])
+    }
+
     /// Diagonal of the scalar unknowns.
     fn diagonal_scalars(&self, out: &mut [f64]) {
         if out.is_empty() {

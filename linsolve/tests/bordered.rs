@@ -217,6 +217,7 @@ fn nodes_in_one_block() {
         report.iterations
     };
     assert_eq!(count("node-jacobi"), 1);
+    assert_eq!(count("node-ic"), 1);
     assert!(count("block-jacobi") > 5);
 }
 
@@ -227,13 +228,13 @@ fn threads_do_not_matter() {
     let (points, scalars) = (30_000, 60_000);
     let a = random_bordered::<f64>(&mut random, points, scalars, 500);
     let b = random.vector(3 * points + scalars);
-    let solve = |threads: usize| {
+    let solve = |name: &str, threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)
             .build()
             .expect("pool");
         pool.install(|| {
-            let p = preconditioner_by_name("node-jacobi").expect("valid name");
+            let p = preconditioner_by_name(name).expect("valid name");
             let settings = MpcgSettings {
                 tolerance: 1e-6,
                 ..MpcgSettings::default()
@@ -245,8 +246,10 @@ fn threads_do_not_matter() {
             x
         })
     };
-    let one = solve(1);
-    assert!(one.iter().all(|x| x.is_finite()));
-    assert_eq!(one, solve(2));
-    assert_eq!(one, solve(4));
+    for name in ["node-jacobi", "node-ic"] {
+        let one = solve(name, 1);
+        assert!(one.iter().all(|x| x.is_finite()));
+        assert!(one == solve(name, 2), "{name}");
+        assert!(one == solve(name, 4), "{name}");
+    }
 }

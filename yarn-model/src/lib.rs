@@ -15,8 +15,8 @@ mod force;
 pub mod knit;
 mod material;
 mod network;
-mod tube;
 pub mod panel;
+mod tube;
 mod vec3;
 mod weave;
 

@@ -223,6 +223,10 @@ impl<T: Real> ExplicitOperator<T> for BorderedMatrix<T> {
         Some(&self.pattern)
     }
 
+    fn border_values(&self) -> (&[[T; 3]], &[T]) {
+        (&self.coupling, &self.scalars)
+    }
+
     fn own_coupling(&self, scalar: usize, row: &mut [f64]) -> [f64; 3] {
         let owner = self.pattern.owners()[scalar];
         for (t, out) in self.pattern.owned(owner as usize).zip(row) {

@@ -5,6 +5,7 @@ mod block_jacobi;
 mod chebyshev;
 mod diagonal;
 mod multigrid;
+mod node_ic;
 mod node_jacobi;
 mod scalar_ic;
 mod triangular;
@@ -14,6 +15,7 @@ pub use block_jacobi::BlockJacobi;
 pub use chebyshev::Chebyshev;
 pub use diagonal::{Diagonal, NoPreconditioner};
 pub use multigrid::Multigrid;
+pub use node_ic::NodeIc;
 pub use node_jacobi::NodeJacobi;
 pub use scalar_ic::ScalarIc;
 

@@ -115,6 +115,7 @@ fn solver<T: Real>(
         PreconditionerKind::Diagonal => "diagonal",
         PreconditionerKind::BlockJacobi => "block-jacobi",
         PreconditionerKind::NodeJacobi => "node-jacobi",
+        PreconditionerKind::NodeIc => "node-ic",
         PreconditionerKind::IncompleteCholesky => "block-ic",
         PreconditionerKind::Chebyshev => "chebyshev",
         PreconditionerKind::Multigrid => "multigrid",

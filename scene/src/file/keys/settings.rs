@@ -243,6 +243,10 @@ pub(super) static SOLVER: Table = Table::new(
                     "node-jacobi",
                     "inverse diagonal blocks of points with their arc lengths",
                 ),
+                (
+                    "node-ic",
+                    "incomplete Cholesky on blocks of points with their arc lengths",
+                ),
                 ("incomplete-cholesky", "block incomplete Cholesky, IC(0)"),
                 ("chebyshev", "Chebyshev polynomial on block-jacobi"),
                 (

@@ -237,6 +237,8 @@ pub enum PreconditionerKind {
     BlockJacobi,
     /// Inverse diagonal blocks of points with their arc lengths.
     NodeJacobi,
+    /// Incomplete Cholesky on blocks of points with their arc lengths.
+    NodeIc,
     /// Block incomplete Cholesky, IC(0).
     IncompleteCholesky,
     /// Chebyshev polynomial on block-jacobi.
