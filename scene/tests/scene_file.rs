@@ -110,7 +110,7 @@ fn places_of_mistakes() {
         (
             "[solver]\npreconditioner = \"block-jacoby\"\n",
             "s.toml:4:18: `solver.preconditioner`: there is no \"block-jacoby\" (did you mean \
-             `block-jacobi`? one of auto, none, diagonal, block-jacobi, node-jacobi, incomplete-cholesky, chebyshev, multigrid)",
+             `block-jacobi`? one of auto, none, diagonal, block-jacobi, node-jacobi, node-ic, incomplete-cholesky, chebyshev, multigrid)",
         ),
         (
             "[contact]\nthickness = \"2 mm\"\n",
