@@ -108,7 +108,7 @@ fn solver<T: Real>(
     };
     let many = inertia.masses.len() >= MULTIGRID_FROM;
     let preconditioner = match scene.solver.preconditioner {
-        PreconditionerKind::Auto if inertia.coupled.is_some() => "node-jacobi",
+        PreconditionerKind::Auto if inertia.coupled.is_some() => "node-ic",
         PreconditionerKind::Auto if many => "multigrid",
         PreconditionerKind::Auto => "block-ic",
         PreconditionerKind::None => "none",

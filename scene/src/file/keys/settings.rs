@@ -233,7 +233,7 @@ pub(super) static SOLVER: Table = Table::new(
             Choice(&[
                 (
                     "auto",
-                    "`multigrid` from 5000 points, else `incomplete-cholesky`; `node-jacobi` for \
+                    "`multigrid` from 5000 points, else `incomplete-cholesky`; `node-ic` for \
                      yarns: the fastest here",
                 ),
                 ("none", "none"),
