@@ -150,6 +150,47 @@ fn effects_are_there_when_called_for() {
     assert!(!has(&names(&smooth, &[]).0, "yarn friction"));
 }
 
+/// Cloth of yarns takes one linear system a step unless told otherwise.
+#[test]
+fn defaults_of_yarns() {
+    let kind = |text: &str| {
+        let built = build(text, &[]).expect("a scene");
+        let effective = built.scene().effective();
+        (
+            effective["integrator.kind"].clone(),
+            effective["relaxation.enabled"].clone(),
+        )
+    };
+    assert_eq!(kind(KNIT), ("linearised-euler".into(), false.into()));
+    assert_eq!(kind(WOVEN), ("linearised-euler".into(), false.into()));
+    let sheet = "[[cloth]]\nkind = \"sheet\"\nsize = [0.1, 0.1]\n";
+    assert_eq!(kind(sheet), ("backward-euler".into(), true.into()));
+}
+
+/// A panel of a mesh is knitted and moves; a file of one flat square.
+#[test]
+fn meshes_are_knitted() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let square = "v 0 0 0\nv 0.1 0 0\nv 0.1 0.1 0\nv 0 0.1 0\n\
+                  vt 0 0\nvt 0.1 0\nvt 0.1 0.1\nvt 0 0.1\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
+    let file = folder.path().join("square.obj");
+    std::fs::write(&file, square).expect("written");
+    for kind in ["knit-mesh", "woven-mesh"] {
+        let text = format!(
+            "[[cloth]]\nkind = \"{kind}\"\nfile = {:?}\n[simulation]\ngravity = [0, 0, 0]\n",
+            file.display().to_string()
+        );
+        let built = build(&text, &[]).unwrap_or_else(|e| panic!("{kind}: {e}"));
+        let end = run(&built, 3, 1);
+        assert!(end.state().layout.scalars > 100, "{kind}");
+        assert!(end.state().first_not_finite().is_none(), "{kind}");
+        assert_eq!(
+            built.scene().effective()["integrator.kind"],
+            "linearised-euler"
+        );
+    }
+}
+
 /// Charts, drafts and yarns that do not exist are named, with what there is.
 #[test]
 fn mistakes_are_named() {

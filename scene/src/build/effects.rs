@@ -112,6 +112,7 @@ pub(super) fn rows(
     let pinned = plan
         .pins
         .as_ref()
+        .filter(|p| !p.points.is_empty())
         .map(|p| (p.points.len(), 40 * p.points.len()));
     add(
         "pins",

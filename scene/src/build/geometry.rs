@@ -161,20 +161,6 @@ impl Geometry {
         }
     }
 
-    /// Yarns as lists of points in the scene's order, with their radii [m].
-    pub fn curves(&self) -> Vec<(Vec<u32>, f64)> {
-        let Some(YarnCloth { network, .. }) = &self.yarns else {
-            return Vec::new();
-        };
-        let old = |s: u32| self.order.old_of_new[network.strands[s as usize].node as usize];
-        (0..network.yarns.len() as u32)
-            .map(|y| {
-                let radius = network.material_of(network.yarns[y as usize].first).radius;
-                (network.along(y).map(old).collect(), radius)
-            })
-            .collect()
-    }
-
     /// A piece by its name.
     pub fn part(&self, name: &str) -> Option<&Part> {
         self.parts.iter().find(|p| p.name == name)
