@@ -7,6 +7,9 @@ use crate::{NONE, YarnNetwork};
 /// Share of the plane's larger extent below which its smaller one counts as
 /// none.
 const THIN: f64 = 1e-3;
+/// Product of the eigenvalues' distances from the least one below which it is
+/// computed twice.
+const CLOSE: f64 = 0.02;
 /// Part of `|t_i| |t_j|` that `n·(t_i × t_j)` must reach to decide the sign.
 const PARALLEL: f64 = 0.05;
 
@@ -39,9 +42,9 @@ fn fit(points: impl ExactSizeIterator<Item = V> + Clone) -> Option<V> {
     let s = 1.0 / trace;
     let c = [xx * s, xy * s, xz * s, yy * s, yz * s, zz * s];
     let (mut n, mut size) = null_vector(c, least_eigenvalue(c));
-    if size > 0.5 * THIN * THIN {
-        // Where two eigenvalues are close, whichever, the least is exact to half
-        // the digits only; the Rayleigh quotient has twice as many as its vector.
+    if size < CLOSE && size > 0.5 * THIN * THIN {
+        // Close eigenvalues are exact to half the digits only; the Rayleigh
+        // quotient has twice as many as its vector.
         let [xx, xy, xz, yy, yz, zz] = c;
         let cn = V::new(
             xx * n.x + xy * n.y + xz * n.z,
