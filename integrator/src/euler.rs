@@ -7,7 +7,7 @@ use crate::norm::{residual_norm, worst_point};
 use crate::{
     CurvaturePolicy, Evaluation, Inertia, Integrator, Ledger, LineSearch, MassEvaluation,
     NewtonSettings, Pins, PlanError, ResidualNorm, ScenePlan, Scheme, State, StepError, StepReport,
-    StepRequest, TermEnergy,
+    StepRequest, Term, TermEnergy,
 };
 
 /// Backward Euler by Newton's method in velocities with a backtracking line
@@ -189,14 +189,13 @@ impl BackwardEuler {
         self.contact_energy =
             self.contacts
                 .add_impulse(&mut plan.contacts, &at, false, &mut self.b_try, ledger)?;
-        let evaluation = Evaluation {
-            terms: &plan.terms,
+        let evaluation = evaluation(
+            (&plan.terms, &plan.inertia),
+            state,
             at,
-            stiffness: request.stiffness,
-            masses: &plan.inertia.masses,
-            scalar_masses: &plan.inertia.scalar_masses,
-            mass: mass_evaluation(&plan.inertia, state, &self.change, request.dt),
-        };
+            request,
+            &self.change,
+        );
         plan.system
             .add_impulse(&evaluation, &mut self.b_try, &mut self.energies, ledger);
         project(&plan.pins, &mut self.b_try);
@@ -283,14 +282,13 @@ impl BackwardEuler {
         self.contact_energy =
             self.contacts
                 .add_impulse(&mut plan.contacts, &at, true, &mut self.b, ledger)?;
-        let evaluation = Evaluation {
-            terms: &plan.terms,
+        let evaluation = evaluation(
+            (&plan.terms, &plan.inertia),
+            state,
             at,
-            stiffness: request.stiffness,
-            masses: &plan.inertia.masses,
-            scalar_masses: &plan.inertia.scalar_masses,
-            mass: mass_evaluation(&plan.inertia, state, &self.change, request.dt),
-        };
+            request,
+            &self.change,
+        );
         plan.system.assemble(
             &evaluation,
             curvature,
@@ -623,6 +621,24 @@ fn inertial_impulse(
         for i in 0..3 {
             points[p][i] -= inertia.masses[p] * gravity[i];
         }
+    }
+}
+
+/// What a system is evaluated at; `change` as in [`MassEvaluation`].
+fn evaluation<'a>(
+    (terms, inertia): (&'a [Term], &'a Inertia),
+    state: &'a State,
+    at: EvalPoint<'a>,
+    request: StepRequest,
+    change: &'a [f64],
+) -> Evaluation<'a> {
+    Evaluation {
+        terms,
+        at,
+        stiffness: request.stiffness,
+        masses: &inertia.masses,
+        scalar_masses: &inertia.scalar_masses,
+        mass: mass_evaluation(inertia, state, change, request.dt),
     }
 }
 

@@ -11,7 +11,8 @@ pub use reassembled::ReassembledSystem;
 use selvedge_collision::ContactResponse;
 use selvedge_energy::{Curvature, EvalPoint};
 use selvedge_linsolve::{
-    BlockFilter, ExplicitOperator, Filter, LinearSolver, LinsolveError, NoFilter, Real, SolveReport,
+    BlockFilter, DualMatrix, ExplicitOperator, Filter, LinearSolver, LinsolveError, NoFilter, Real,
+    SolveReport,
 };
 
 use crate::assemble::MassEvaluation;
@@ -84,6 +85,23 @@ pub trait NewtonSystem: Send {
 
     /// Heap memory held [bytes].
     fn heap_bytes(&self) -> usize;
+}
+
+/// Adds `dt2 ·` the curvature of contacts: with bodies to the points' blocks,
+/// among points in place of the former ones.
+fn add_contacts<T: Real>(matrix: &mut DualMatrix<T>, contacts: &ContactResponse, dt2: f64) {
+    let stat = &mut matrix.stat;
+    for (&i, k) in contacts.body_nodes.iter().zip(&contacts.body_curvature) {
+        let slot = stat.pattern().diagonal_slot(i as usize) as usize;
+        stat.add_block(slot, k, dt2);
+    }
+    matrix.dynamic.rebuild(
+        stat.pattern().points(),
+        &contacts.nodes,
+        &contacts.weights,
+        &contacts.curvature,
+        dt2,
+    );
 }
 
 /// Solves from zero, with a filter where there is one.

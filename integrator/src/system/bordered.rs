@@ -7,7 +7,7 @@ use selvedge_linsolve::{
     Pattern, Real, SolveReport,
 };
 
-use super::{Evaluation, NewtonSystem, solve_from_zero};
+use super::{Evaluation, NewtonSystem, add_contacts, solve_from_zero};
 use crate::assemble::{Assembler, Patterns, Values};
 use crate::{AssemblyOptions, Ledger, PlanError, Term};
 
@@ -157,19 +157,7 @@ where
         );
         let dt2 = e.at.dt * e.at.dt;
         ledger.time("assembly: contact", || {
-            let points = &mut matrix.points;
-            let pattern = Arc::clone(points.stat.pattern());
-            for (&i, k) in contacts.body_nodes.iter().zip(&contacts.body_curvature) {
-                let slot = pattern.diagonal_slot(i as usize) as usize;
-                points.stat.add_block(slot, k, dt2);
-            }
-            points.dynamic.rebuild(
-                pattern.points(),
-                &contacts.nodes,
-                &contacts.weights,
-                &contacts.curvature,
-                dt2,
-            );
+            add_contacts(&mut matrix.points, contacts, dt2);
         });
         ledger.time("assembly: transpose", || matrix.finish());
     }

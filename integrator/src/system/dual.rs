@@ -7,7 +7,7 @@ use selvedge_linsolve::{
     SolveReport,
 };
 
-use super::{Evaluation, NewtonSystem, solve_from_zero};
+use super::{Evaluation, NewtonSystem, add_contacts, solve_from_zero};
 use crate::assemble::Assembler;
 use crate::{AssemblyOptions, Ledger, PlanError, Term};
 
@@ -95,18 +95,9 @@ where
         let dt2 = e.at.dt * e.at.dt;
         ledger.time("assembly: contact", || {
             for (i, &m) in e.masses.iter().enumerate() {
-                stat.add_diagonal(i, m);
+                self.matrix.stat.add_diagonal(i, m);
             }
-            for (&i, k) in contacts.body_nodes.iter().zip(&contacts.body_curvature) {
-                stat.add_block(pattern.diagonal_slot(i as usize) as usize, k, dt2);
-            }
-            self.matrix.dynamic.rebuild(
-                pattern.points(),
-                &contacts.nodes,
-                &contacts.weights,
-                &contacts.curvature,
-                dt2,
-            );
+            add_contacts(&mut self.matrix, contacts, dt2);
         });
     }
 
