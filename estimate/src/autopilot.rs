@@ -1,11 +1,11 @@
 //! Settings that meet a wanted error.
 
 use selvedge_record::compare::Distances;
-use selvedge_scene::file::SceneFile;
 use selvedge_scene::file::model::{ForcingKind, SolverSettings};
+use selvedge_scene::file::{SceneFile, coarser};
 use selvedge_scene::summary::{Decision, ErrorPart, ErrorReport};
 
-use crate::companion::{Companion, Session, coarser, scaled_step, scaled_tolerance};
+use crate::companion::{Companion, Session, scaled_step, scaled_tolerance};
 use crate::estimator::{attempt, unknown};
 use crate::knob::{Effort, Knob, STEP, TOLERANCE, mm};
 use crate::parts::{space_part, total};

@@ -5,7 +5,6 @@ use std::sync::atomic::AtomicBool;
 
 use selvedge_scene::build::BuiltScene;
 use selvedge_scene::driver::{self, Progress, RunOptions, RunResult};
-use selvedge_scene::file::model::{ClothShape, Select};
 use selvedge_scene::file::{Parsed, SceneFile};
 use selvedge_scene::summary::Status;
 
@@ -107,62 +106,6 @@ impl Session<'_> {
     pub fn folder(&self, name: &str) -> PathBuf {
         Path::new(&self.directory).join(name)
     }
-}
-
-/// The scene with edges `factor` times as long, or why there is none.
-pub fn coarser(scene: &SceneFile, factor: f64) -> Result<SceneFile, String> {
-    let mut out = scene.clone();
-    out.mesh.edge_length *= factor;
-    for cloth in &mut out.cloth {
-        match &mut cloth.shape {
-            ClothShape::Sheet {
-                points,
-                edge_length,
-                ..
-            } => {
-                if let Some(points) = points {
-                    for n in points {
-                        let cells = ((*n as f64 - 1.0) / factor).round();
-                        if cells < 1.0 {
-                            return Err(format!("`{}` has too few points", cloth.name));
-                        }
-                        *n = cells as usize + 1;
-                    }
-                }
-                if let Some(edge_length) = edge_length {
-                    *edge_length *= factor;
-                }
-            }
-            ClothShape::Pattern { edge_length, .. } => {
-                if let Some(edge_length) = edge_length {
-                    *edge_length *= factor;
-                }
-            }
-            ClothShape::Mesh { .. } => {
-                return Err(format!(
-                    "the mesh of `{}` is a file: there is no other one to compare with",
-                    cloth.name
-                ));
-            }
-            ClothShape::Knit { .. }
-            | ClothShape::Woven { .. }
-            | ClothShape::KnitMesh { .. }
-            | ClothShape::WovenMesh { .. } => {
-                return Err(format!(
-                    "the points of `{}` are where its yarns cross: there is no coarser cloth to \
-                     compare with",
-                    cloth.name
-                ));
-            }
-        }
-    }
-    let numbered = |select: &Select| matches!(select, Select::Points(_));
-    let pins = scene.pin.iter().map(|p| &p.select);
-    let attachments = scene.attachment.iter().map(|a| &a.select);
-    if pins.chain(attachments).any(numbered) {
-        return Err("pins name points by number, which other meshes number differently".into());
-    }
-    Ok(out)
 }
 
 /// The scene with steps `factor` times as long.

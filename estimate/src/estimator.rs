@@ -2,10 +2,10 @@
 
 use selvedge_scene::build::BuiltScene;
 use selvedge_scene::driver::RunResult;
-use selvedge_scene::file::SceneFile;
+use selvedge_scene::file::{SceneFile, coarser};
 use selvedge_scene::summary::{ErrorPart, ErrorReport, Status};
 
-use crate::companion::{Companion, Session, coarser, scaled_step, scaled_tolerance, surface};
+use crate::companion::{Companion, Session, scaled_step, scaled_tolerance, surface};
 use crate::parts::{algebraic_part, space_part, time_part};
 use crate::{EstimateError, MaterialMap};
 

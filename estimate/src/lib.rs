@@ -32,8 +32,9 @@ mod material;
 mod parts;
 
 pub use autopilot::{Target, Within, drape_within};
-pub use companion::{Companion, Session, coarser, scaled_step, scaled_tolerance};
+pub use companion::{Companion, Session, scaled_step, scaled_tolerance};
 pub use error::EstimateError;
 pub use estimator::estimate;
 pub use material::{MaterialMap, Surface};
 pub use parts::{algebraic_part, space_part, time_part, total};
+pub use selvedge_scene::file::coarser;

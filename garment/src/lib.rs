@@ -20,7 +20,7 @@ mod math;
 mod shell;
 mod union_find;
 
-pub use assemble::{AssembleReport, AssembleSettings, preassemble, untangle};
+pub use assemble::{AssembleReport, AssembleSettings, preassemble, prolong, untangle};
 pub use error::GarmentError;
 pub use mesh::{GarmentMesh, MeshSettings, MeshStats, SeamMode, SpringSeam};
 pub use pattern::{Finding, Pattern, Severity};

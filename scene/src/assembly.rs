@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use selvedge_collision::Untangle;
-use selvedge_garment::assemble::{AssembleSettings, preassemble, untangle};
+use selvedge_garment::assemble::{AssembleSettings, preassemble, prolong, untangle};
 use selvedge_garment::place::BodyField;
 use selvedge_integrator::{
     ControlSettings, CurvaturePolicy, NewtonSettings, Outcome, RelaxationSettings, Settings, State,
@@ -12,6 +12,7 @@ use selvedge_integrator::{
 };
 
 use crate::build::{Built, BuiltScene, Sewn, StageOptions, broad_phase};
+use crate::cascade;
 use crate::driver::{Progress, RunError, RunOptions, chain, tick};
 use crate::file::model::Cloth;
 use crate::result::figures;
@@ -26,6 +27,9 @@ pub(crate) enum Assembled {
         state: State,
         /// The stages.
         summaries: Vec<StageSummary>,
+        /// Whether it comes from the drape on a coarser mesh: full stiffness
+        /// from the start.
+        carried: bool,
     },
     /// A stage was interrupted or failed.
     Cut {
@@ -40,7 +44,8 @@ pub(crate) enum Assembled {
     },
 }
 
-/// Sews every garment of the scene.
+/// Sews every garment of the scene, where `assemble.coarsest` says so on
+/// coarser meshes first ([`cascade`]). Without those:
 ///
 /// 1. *wrap*: geometry alone closes the seams around the body.
 /// 2. *close seams*: soft fabric, no gravity, contact of cloth with cloth
@@ -57,6 +62,9 @@ pub(crate) fn assemble(
     progress: &mut (dyn Progress + Send),
     interrupt: &AtomicBool,
 ) -> Result<Assembled, RunError> {
+    if let Some(followed) = cascade::follow(built, &state, options, progress, interrupt)? {
+        return Ok(followed);
+    }
     let mut summaries = vec![wrap(built, &mut state)];
     progress.note("assembly: wrapped around the body");
     let crossed = summaries[0].self_intersections > 0;
@@ -141,7 +149,11 @@ pub(crate) fn assemble(
     }
     state.time = 0.0;
     state.v.fill(0.0);
-    Ok(Assembled::Done { state, summaries })
+    Ok(Assembled::Done {
+        state,
+        summaries,
+        carried: false,
+    })
 }
 
 /// Moves the points of a garment, in the frame of its pattern.
@@ -170,6 +182,40 @@ fn on_garments(built: &BuiltScene, state: &mut State, clearance: f64, work: &Wor
             x[point(k)] = sewn.place(p);
         }
     }
+}
+
+/// Puts garments where a coarser mesh, `from` in the scene's order, has come to
+/// rest, and takes apart what crosses there.
+pub(crate) fn carry(
+    coarse: &BuiltScene,
+    from: &[f64],
+    built: &BuiltScene,
+    state: &mut State,
+) -> StageSummary {
+    let clock = Instant::now();
+    let g = &built.geometry;
+    let (from, _) = from.as_chunks::<3>();
+    for (part, before) in g.parts.iter().zip(&coarse.geometry.parts) {
+        let (Some(sewn), Some(was)) = (&part.garment, &before.garment) else {
+            continue;
+        };
+        let places = before
+            .points
+            .clone()
+            .map(|k| was.place_back(from[k as usize]));
+        let places: Vec<[f64; 3]> = places.collect();
+        let fine = prolong(&was.mesh, &places, &sewn.mesh);
+        let (x, _) = state.q.as_chunks_mut::<3>();
+        for (k, p) in part.points.clone().zip(fine) {
+            x[g.order.new_of_old[k as usize] as usize] = sewn.place(p);
+        }
+    }
+    let clearance = built.scene().contact.body_thickness;
+    on_garments(built, state, clearance, &|sewn, field, settings, x| {
+        take_apart(built, sewn, field, settings, x);
+    });
+    let what = "geometry alone, from the drape with edges twice as long";
+    summarise(built, state, empty("carry over", what, clock))
 }
 
 fn wrap(built: &BuiltScene, state: &mut State) -> StageSummary {
@@ -283,7 +329,7 @@ pub(crate) fn stage(built: &BuiltScene, crossed: bool, name: &str) -> Option<Sta
         .map(|(_, s)| s)
 }
 
-fn empty(name: &str, what: &str, clock: Instant) -> StageSummary {
+pub(crate) fn empty(name: &str, what: &str, clock: Instant) -> StageSummary {
     StageSummary {
         name: name.to_owned(),
         what: what.to_owned(),
@@ -299,7 +345,7 @@ fn empty(name: &str, what: &str, clock: Instant) -> StageSummary {
     }
 }
 
-fn summarise(built: &BuiltScene, state: &State, summary: StageSummary) -> StageSummary {
+pub(crate) fn summarise(built: &BuiltScene, state: &State, summary: StageSummary) -> StageSummary {
     let f = figures(built, &state.q, 0.0);
     StageSummary {
         max_abs_edge_strain: f.max_strain,

@@ -5,14 +5,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use selvedge_integrator::{
-    EndReason, Ledger, Outcome, Simulation, SimulationError, Snapshot, StepReport,
+    EndReason, Ledger, Outcome, RelaxationSettings, Simulation, SimulationError, Snapshot,
+    StepReport,
 };
 use selvedge_record::{
     BodySurface, Checkpoint, RecordError, Recorder, RecorderOptions, RunHeader, StepDiagnostics,
 };
 
 use crate::assembly;
-use crate::build::{Built, BuiltScene};
+use crate::build::{Built, BuiltScene, StageOptions};
 use crate::diagnostic::Diagnostics;
 use crate::process;
 use crate::result;
@@ -206,14 +207,19 @@ fn run_here(
     let mut stages: Vec<StageSummary> = Vec::new();
     let mut early: Option<Drape> = None;
     let mut dog = Watchdog::new(scene);
+    let mut carried = checkpoint
+        .as_ref()
+        .is_some_and(|c| c.section(CARRIED).is_some());
     if checkpoint.is_none() && built.geometry.sewn {
         match assembly::assemble(built, state, dog.as_mut(), options, progress, interrupt)? {
             assembly::Assembled::Done {
                 state: assembled,
                 summaries,
+                carried: from_coarser,
             } => {
                 state = assembled;
                 stages = summaries;
+                carried = from_coarser;
             }
             assembly::Assembled::Cut {
                 state: last,
@@ -239,11 +245,12 @@ fn run_here(
     } else {
         start
     };
+    let start = Start { q: start, carried };
     let Built {
         mut simulation,
         attachments,
         mut effects,
-    } = built.simulation(state, &built.drape_stage())?;
+    } = built.simulation(state, &drape_stage(built, carried))?;
     if let Some(checkpoint) = checkpoint {
         let snapshot = Snapshot {
             sections: checkpoint.sections,
@@ -340,6 +347,124 @@ const RECORDING: &str = "run.mcap";
 /// Name of the checkpoint section with the drape's first positions.
 const START: &str = "start";
 
+/// Name of the checkpoint section that says that a coarser mesh came before.
+const CARRIED: &str = "carried";
+
+/// Where the drape begins.
+struct Start {
+    /// Positions in the solver's order [m].
+    q: Vec<f64>,
+    /// Whether from the drape on a coarser mesh.
+    carried: bool,
+}
+
+/// What has draped on a coarser mesh keeps its stiffness.
+fn drape_stage(built: &BuiltScene, carried: bool) -> StageOptions {
+    let mut stage = built.drape_stage();
+    if carried {
+        stage.settings.relaxation = RelaxationSettings::OFF;
+    }
+    stage
+}
+
+/// A drape without results of its own.
+pub(crate) struct Draped {
+    /// Positions in the scene's order [m].
+    pub positions: Vec<f64>,
+    /// How sewing and draping went.
+    pub stages: Vec<StageSummary>,
+    /// How it ended.
+    pub status: Status,
+    /// Why.
+    pub reason: String,
+}
+
+/// Sews and drapes the garments of a scene, writing nothing.
+pub(crate) fn drape_alone(
+    built: &BuiltScene,
+    options: &RunOptions,
+    progress: &mut (dyn Progress + Send),
+    interrupt: &AtomicBool,
+) -> Result<Draped, RunError> {
+    let clock = Instant::now();
+    let scene = built.scene();
+    let mut dog = Watchdog::new(scene);
+    let state = built.geometry.start();
+    let (state, mut stages, carried) =
+        match assembly::assemble(built, state, dog.as_mut(), options, progress, interrupt)? {
+            assembly::Assembled::Done {
+                state,
+                summaries,
+                carried,
+            } => (state, summaries, carried),
+            assembly::Assembled::Cut {
+                state,
+                summaries,
+                status,
+                reason,
+            } => {
+                return Ok(Draped {
+                    positions: built.geometry.flat_to_scene(&state.q),
+                    stages: summaries,
+                    status,
+                    reason,
+                });
+            }
+        };
+    let start = Start {
+        q: state.q.clone(),
+        carried,
+    };
+    let Built {
+        mut simulation,
+        attachments,
+        ..
+    } = built.simulation(state, &drape_stage(built, carried))?;
+    if let Some(dog) = &mut dog {
+        dog.enter(Stage::drape(), scene);
+    }
+    let mut frames = Frames::new(scene, &simulation);
+    let ending = drape(
+        built,
+        &mut simulation,
+        &attachments,
+        None,
+        &mut frames,
+        &start,
+        &mut StepReport::default(),
+        dog.as_mut(),
+        options,
+        progress,
+        interrupt,
+    )?;
+    let mut state = simulation.state().clone();
+    built.cloth_alone(&mut state);
+    let counters = simulation.counters();
+    let what = "as the drape itself, on a coarser mesh";
+    stages.push(assembly::summarise(
+        built,
+        &state,
+        StageSummary {
+            simulated_s: state.time,
+            steps: counters.steps,
+            rejected_steps: counters.rejected,
+            ..assembly::empty("drape", what, clock)
+        },
+    ));
+    let edge = 1e3 * scene.mesh.edge_length;
+    for stage in &mut stages {
+        if !stage.name.ends_with(" mm") {
+            stage.name = format!("{}, {edge} mm", stage.name);
+        }
+    }
+    Ok(Draped {
+        positions: built.geometry.flat_to_scene(&state.q),
+        stages,
+        status: ending.status,
+        reason: ending.reason,
+    })
+}
+
 #[allow(clippy::too_many_arguments)]
 fn drape(
     built: &BuiltScene,
@@ -347,7 +472,7 @@ fn drape(
     attachments: &[crate::build::BuiltAttachment],
     mut recorder: Option<&mut Recorder>,
     frames: &mut Frames,
-    start: &[f64],
+    start: &Start,
     last: &mut StepReport,
     mut dog: Option<&mut Watchdog>,
     options: &RunOptions,
@@ -357,7 +482,7 @@ fn drape(
     let scope = Scope {
         built,
         directory: &options.directory,
-        start,
+        start: &start.q,
         version: &options.version,
         stage: Stage::drape(),
     };
@@ -608,10 +733,13 @@ impl Frames {
 fn checkpoint_now(
     recorder: &mut Recorder,
     simulation: &Simulation,
-    start: &[f64],
+    start: &Start,
 ) -> Result<(), RecordError> {
     let mut sections = simulation.snapshot().sections;
-    sections.push((START.to_owned(), start.to_vec()));
+    sections.push((START.to_owned(), start.q.clone()));
+    if start.carried {
+        sections.push((CARRIED.to_owned(), Vec::new()));
+    }
     recorder.checkpoint(&Checkpoint {
         time: simulation.state().time,
         step: simulation.counters().steps,

@@ -6,6 +6,7 @@
 
 mod assembly;
 pub mod build;
+mod cascade;
 pub mod diagnostic;
 pub mod driver;
 pub mod effects;

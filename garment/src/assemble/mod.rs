@@ -9,6 +9,7 @@ mod trunk;
 
 use crate::place::{BodyField, BodyGuard};
 use crate::{GarmentMesh, MeshSettings};
+pub use prolong::prolong;
 use relax::{Hang, Hold, Relax, Relaxed};
 use repel::Repel;
 use sheet::Sheet;
@@ -171,7 +172,7 @@ fn attempt(
     let mut x = levels[0].points_initial.clone();
     for (i, mesh) in levels.iter().enumerate() {
         if i > 0 {
-            x = prolong::prolong(levels[i - 1], &x, mesh);
+            x = prolong(levels[i - 1], &x, mesh);
         }
         let budget = (settings.iterations >> i).max(50);
         let mut iterations = 0;

@@ -6,11 +6,7 @@ use crate::math::double_area;
 /// Positions of the points of `fine` by linear interpolation within the
 /// triangles of `coarse` at the same place of the same panel; points with
 /// parts in several panels get the mean.
-pub(super) fn prolong(
-    coarse: &GarmentMesh,
-    positions: &[[f64; 3]],
-    fine: &GarmentMesh,
-) -> Vec<[f64; 3]> {
+pub fn prolong(coarse: &GarmentMesh, positions: &[[f64; 3]], fine: &GarmentMesh) -> Vec<[f64; 3]> {
     let grids: Vec<PanelGrid> = (0..coarse.panels.len())
         .map(|p| PanelGrid::new(coarse, p as u32))
         .collect();

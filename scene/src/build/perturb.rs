@@ -21,6 +21,12 @@ impl BuiltScene {
         }
     }
 
+    /// With garments displaced as those of `other`.
+    pub(crate) fn displaced_like(mut self, other: &Self) -> Self {
+        self.perturbation = other.perturbation;
+        self
+    }
+
     /// Displaces the points of garments, as [`Self::perturb`] was asked to.
     pub(crate) fn perturb_garments(&self, state: &mut State) {
         let displacements = self.displacements();

@@ -27,6 +27,7 @@
 //! ```
 
 mod check;
+mod coarser;
 mod derive;
 mod fabrics;
 mod keys;
@@ -49,6 +50,7 @@ use crate::diagnostic::{Diagnostics, Finding, Severity, SourceText};
 use tree::{Node, apply_override, override_text};
 use walk::Walker;
 
+pub use coarser::coarser;
 pub use locate::Locations;
 pub use model::SceneFile;
 pub use reference::key_reference;

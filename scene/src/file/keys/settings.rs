@@ -521,5 +521,13 @@ pub(super) static ASSEMBLE: Table = Table::new(
              the drape begins.",
         )
         .hint("s, not ms"),
+        key(
+            "coarsest",
+            number("m", Range::zero_to(1.0)),
+            "0.04",
+            "Edge length of the mesh on which garments are sewn and draped first; every mesh of \
+             half its edges starts from there, down to the garment's own. 0: sewn on its own mesh.",
+        )
+        .hint("m, not mm or cm"),
     ],
 );

@@ -244,6 +244,11 @@ impl Cloth {
         self.layer > 0 || panels
     }
 
+    /// Whether it is a garment, sewn from a pattern.
+    pub fn is_pattern(&self) -> bool {
+        matches!(self.shape, ClothShape::Pattern { .. })
+    }
+
     /// Edge length that the cloth asks for itself \[m\].
     pub fn edge_length(&self) -> Option<f64> {
         match &self.shape {

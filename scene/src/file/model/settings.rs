@@ -403,4 +403,7 @@ pub struct AssembleSettings {
     /// Largest time step of both \[s\]. Sewing goes without velocities, so that
     /// its steps decide where it ends and are none of the drape's.
     pub max_step: f64,
+    /// Edge length of the mesh on which a garment is sewn \[m\]; finer ones
+    /// start from its drape. 0 sews on the garment's own mesh.
+    pub coarsest: f64,
 }
