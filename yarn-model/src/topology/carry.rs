@@ -215,13 +215,18 @@ impl Change {
         carried
     }
 
-    /// History of [`StitchWrapping`] after the change, given that of a new one:
+    /// History of [`StitchWrapping`] after the change, given a new one:
     /// the angles of the contacts that remain.
-    pub fn wrapping_history(&self, old: &YarnNetwork, history: &[f64], fresh: &[f64]) -> Vec<f64> {
-        let mut carried = fresh.to_vec();
+    pub fn wrapping_history(
+        &self,
+        old: &YarnNetwork,
+        history: &[f64],
+        new: &StitchWrapping,
+    ) -> Vec<f64> {
+        let mut carried = new.history().to_vec();
         let before = keys(old);
         let after = keys(&self.network);
-        if before.len() != history.len() || after.len() != fresh.len() {
+        if before.len() != history.len() || after.len() != carried.len() {
             return carried;
         }
         for (angle, (contact, key)) in carried.iter_mut().zip(after) {
