@@ -16,9 +16,7 @@ use crate::build::{BuiltScene, Geometry, YarnCloth, broad_phase};
 use crate::driver::RunError;
 use crate::effects::EffectRow;
 use crate::process;
-use crate::summary::{
-    Defect, SUMMARY_SCHEMA, StageSummary, Status, Summary, TopologySummary,
-};
+use crate::summary::{Defect, SUMMARY_SCHEMA, StageSummary, Status, Summary, TopologySummary};
 use crate::watchdog::Event;
 use crate::yarn_skin::still_skin;
 

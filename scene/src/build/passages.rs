@@ -184,7 +184,10 @@ impl Geometry {
         };
         let n = &yarns.network;
         let point = |s: u32| self.order.old_of_new[n.strands[s as usize].node as usize];
-        n.yarns.iter().map(|y| [y.first, y.last].map(point)).collect()
+        n.yarns
+            .iter()
+            .map(|y| [y.first, y.last].map(point))
+            .collect()
     }
 
     /// What a point of the start has become, in the solver's order.
@@ -193,7 +196,9 @@ impl Geometry {
             None => vec![point],
             Some(passages) => {
                 let all = (0..).zip(&passages.from);
-                all.filter(|(_, from)| **from == point).map(|(n, _)| n).collect()
+                all.filter(|(_, from)| **from == point)
+                    .map(|(n, _)| n)
+                    .collect()
             }
         }
     }

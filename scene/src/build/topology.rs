@@ -64,7 +64,12 @@ impl Topology {
             };
             log.push(Happened {
                 time: *time,
-                events: events.as_chunks::<3>().0.iter().map(event).collect::<Option<_>>()?,
+                events: events
+                    .as_chunks::<3>()
+                    .0
+                    .iter()
+                    .map(event)
+                    .collect::<Option<_>>()?,
             });
             rest = after;
         }
@@ -99,7 +104,9 @@ impl Topology {
         let state = simulation.state();
         let points = simulation.plan().layout.points;
         let pinned = pinned(simulation);
-        let events = changes(&yarns.network, &state.q[3 * points..], |n| pinned[n as usize]);
+        let events = changes(&yarns.network, &state.q[3 * points..], |n| {
+            pinned[n as usize]
+        });
         if events.is_empty() {
             return Ok(None);
         }
@@ -198,7 +205,9 @@ impl Work {
         let Some(network) = self.network() else {
             return Vec::new();
         };
-        changes(network, &self.q[3 * network.nodes()..], |n| self.pinned[n as usize])
+        changes(network, &self.q[3 * network.nodes()..], |n| {
+            self.pinned[n as usize]
+        })
     }
 
     /// Makes events happen, and returns the energy that each removed \[J\].
@@ -221,7 +230,11 @@ impl Work {
                 self.friction = change.friction_history(&old, settings, &self.friction);
                 let fresh = StitchWrapping::new(&change.network);
                 self.wrapping = change.wrapping_history(&old, &self.wrapping, &fresh);
-                self.pinned = change.node_from.iter().map(|n| self.pinned[*n as usize]).collect();
+                self.pinned = change
+                    .node_from
+                    .iter()
+                    .map(|n| self.pinned[*n as usize])
+                    .collect();
                 (self.q, self.v) = (q, v);
                 self.built = self.built.changed(change)?;
                 break;
