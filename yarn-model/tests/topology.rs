@@ -5,7 +5,8 @@ use selvedge_yarn_model::chart::StitchPattern;
 use selvedge_yarn_model::knit::{KnitOptions, knitted};
 use selvedge_yarn_model::topology::{Change, LEAST_GAP, TopologyEvent, changes};
 use selvedge_yarn_model::{
-    Draft, FrictionSettings, NONE, NodeContact, SlidingFriction, Woven, YarnMaterial, YarnNetwork,
+    Draft, FrictionSettings, NONE, NodeContact, SlidingFriction, StitchWrapping, Woven,
+    YarnMaterial, YarnNetwork,
 };
 
 fn garter(width: usize, rows: usize) -> YarnNetwork {
@@ -368,4 +369,26 @@ fn friction_remembers() {
         .map(|k| history[k])
         .collect();
     assert_eq!(kept, expected);
+}
+
+/// Angles of stitch contacts that stay are kept through a change.
+#[test]
+fn wrapping_remembers() {
+    let n = garter(4, 4).with_tails(2e-3);
+    let elements = StitchWrapping::elements(&n);
+    let history: Vec<f64> = (0..elements.len()).map(|k| k as f64).collect();
+    let strand = n.child_at_a(&n.stitches[5]);
+    let change = Change::new(&n, &[TopologyEvent::Release { strand }]).unwrap();
+    let new = StitchWrapping::new(&change.network);
+    let kept = change.wrapping_history(&n, &history, &new);
+    let now = StitchWrapping::elements(&change.network);
+    assert_eq!(kept.len(), now.len());
+    assert_eq!(now.len() + 2, elements.len());
+    for (angle, e) in kept.iter().zip(&now) {
+        let was = change.stitch_from[e.contact as usize];
+        let was = elements
+            .iter()
+            .position(|o| (o.contact, o.pair) == (was, e.pair));
+        assert_eq!(Some(*angle as usize), was);
+    }
 }
