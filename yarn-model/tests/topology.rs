@@ -144,11 +144,11 @@ fn momentum_and_mass() {
                 let (n, q, v) = happen(&n, &q, &v, &[TopologyEvent::Release { strand }]);
                 kinds[0] += 1;
                 // The nodes that came of it, as if they had come close.
-                let rods = n.segments().map(|[_, s]| s).filter(|&s| {
+                let mut rods = n.segments().map(|[_, s]| s).filter(|&s| {
                     let strand = n.strands[s as usize];
                     n.contacts[strand.node as usize] == NodeContact::Rod && strand.next != NONE
                 });
-                if let Some(strand) = rods.into_iter().next() {
+                if let Some(strand) = rods.next() {
                     happen(&n, &q, &v, &[TopologyEvent::Remove { strand }]);
                     kinds[1] += 1;
                 }

@@ -31,7 +31,7 @@ impl Passages {
         let count = base.points.len() as u32;
         let network = geometry.yarns.as_ref().map(|y| &y.network);
         let mut of_strand = vec![NONE; count as usize];
-        let strands = network.into_iter().flat_map(|n| visits(n));
+        let strands = network.into_iter().flat_map(visits);
         for (passage, strand) in (0..).zip(strands) {
             of_strand[strand as usize] = passage;
         }
