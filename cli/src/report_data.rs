@@ -115,7 +115,7 @@ pub fn of_run(built: &BuiltScene, result: &RunResult, scene_text: &str) -> Repor
     };
     if g.yarns.is_some() {
         let strain = &result.yarn_strain;
-        yarns::dress(&mut data, &g.yarn_paths(), g.order.len(), strain);
+        yarns::dress(&mut data, &g.yarn_paths(), g.recorded_points(), strain);
     }
     data
 }

@@ -266,6 +266,16 @@ impl Simulation {
         self.integrator.force_tolerance(forced.then_some(tolerance));
     }
 
+    /// Goes on with the plan, the state and the integrator of another
+    /// simulation of the same settings: the points or terms have changed.
+    /// Step control, counters, times and the search for rest stay.
+    pub fn go_on_with(&mut self, other: Self) {
+        self.plan = other.plan;
+        self.state = other.state;
+        self.integrator = other.integrator;
+        self.prescribed = other.prescribed;
+    }
+
     /// Percentile of the per-point kinetic energies at the last step [J].
     pub fn rest_energy(&self) -> f64 {
         self.rest.last()

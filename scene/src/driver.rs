@@ -1,19 +1,19 @@
 //! Runs a scene from its start, or from a checkpoint, to its results.
 
+use std::borrow::Cow;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use selvedge_integrator::{
-    EndReason, Ledger, Outcome, RelaxationSettings, Simulation, SimulationError, Snapshot,
-    StepReport,
+    EndReason, Ledger, Outcome, RelaxationSettings, Simulation, SimulationError, Snapshot, StepReport,
 };
 use selvedge_record::{
     BodySurface, Checkpoint, RecordError, Recorder, RecorderOptions, RunHeader, StepDiagnostics,
 };
 
 use crate::assembly;
-use crate::build::{Built, BuiltScene, StageOptions};
+use crate::build::{Built, BuiltAttachment, BuiltScene, StageOptions, Topology};
 use crate::diagnostic::Diagnostics;
 use crate::process;
 use crate::result;
@@ -246,11 +246,19 @@ fn run_here(
         start
     };
     let start = Start { q: start, carried };
+    let mut now = Now {
+        built: Cow::Borrowed(built),
+        topology: Topology::default(),
+    };
+    if let Some(section) = checkpoint.as_ref().and_then(|c| c.section(TOPOLOGY)) {
+        now.resume(section)?;
+        state = now.built.geometry.start();
+    }
     let Built {
         mut simulation,
-        attachments,
+        mut attachments,
         mut effects,
-    } = built.simulation(state, &drape_stage(built, carried))?;
+    } = now.built.simulation(state, &drape_stage(built, carried))?;
     if let Some(checkpoint) = checkpoint {
         let snapshot = Snapshot {
             sections: checkpoint.sections,
@@ -270,9 +278,9 @@ fn run_here(
         None => {
             let mut frames = Frames::new(scene, &simulation);
             let ending = drape(
-                built,
+                &mut now,
                 &mut simulation,
-                &attachments,
+                &mut attachments,
                 recorder.as_mut(),
                 &mut frames,
                 &start,
@@ -283,15 +291,16 @@ fn run_here(
                 interrupt,
             )?;
             if let Some(recorder) = &mut recorder {
-                frames.last(built, recorder, &simulation)?;
-                checkpoint_now(recorder, &simulation, &start)?;
+                frames.last(&now.built, recorder, &simulation)?;
+                checkpoint_now(recorder, &simulation, &now, &start)?;
             }
             ending
         }
     };
 
     effects::fill_seconds(&mut effects, &simulation);
-    let positions = built.geometry.flat_to_scene(&simulation.state().q);
+    let built: &BuiltScene = &now.built;
+    let positions = built.geometry.recorded_positions(&simulation.state().q);
     let watched = dog.as_ref().map(|d| d.spent);
     let mut summary = result::summary(result::Inputs {
         built,
@@ -299,6 +308,7 @@ fn run_here(
         status: drape.status,
         reason: drape.reason,
         effects,
+        topology: built.topology_changes().then(|| now.topology.summary()),
         assembly: stages,
         last: &last,
         watchdog_unlisted: dog.as_ref().map_or(0, |d| d.unlisted),
@@ -328,7 +338,10 @@ fn run_here(
     };
     let maps = result::maps(built, &mut simulation);
     let slides = built.geometry.yarns.as_ref().filter(|y| y.sliding);
-    let yarn_strain = slides.map(|y| result::yarn_strains(y, &simulation.state().q));
+    let yarn_strain = slides.map(|y| {
+        let strains = result::yarn_strains(y, &simulation.state().q);
+        built.geometry.recorded_strains(strains)
+    });
     Ok(RunResult {
         yarn_strain: yarn_strain.unwrap_or_default(),
         summary,
@@ -417,17 +430,21 @@ pub(crate) fn drape_alone(
     };
     let Built {
         mut simulation,
-        attachments,
+        mut attachments,
         ..
     } = built.simulation(state, &drape_stage(built, carried))?;
     if let Some(dog) = &mut dog {
         dog.enter(Stage::drape(), scene);
     }
     let mut frames = Frames::new(scene, &simulation);
+    let mut now = Now {
+        built: Cow::Borrowed(built),
+        topology: Topology::default(),
+    };
     let ending = drape(
-        built,
+        &mut now,
         &mut simulation,
-        &attachments,
+        &mut attachments,
         None,
         &mut frames,
         &start,
@@ -465,11 +482,48 @@ pub(crate) fn drape_alone(
     })
 }
 
+/// Name of the checkpoint section with all that happened to yarns.
+const TOPOLOGY: &str = "topology";
+
+/// The scene as it is by now, and what has happened to it.
+struct Now<'a> {
+    built: Cow<'a, BuiltScene>,
+    topology: Topology,
+}
+
+impl Now<'_> {
+    /// Goes to where a checkpoint was taken.
+    fn resume(&mut self, section: &[f64]) -> Result<(), RunError> {
+        let broken = || SimulationError::Snapshot {
+            what: format!("section `{TOPOLOGY}` is broken"),
+        };
+        let topology = Topology::of_section(section);
+        self.topology = topology.ok_or_else(|| RunError::Checkpoint(broken()))?;
+        self.built = Cow::Owned(self.topology.replay(&self.built)?);
+        Ok(())
+    }
+
+    /// Changes the simulation where yarns leave their contacts after a step;
+    /// the new attachments and a line about it.
+    fn after_step(
+        &mut self,
+        simulation: &mut Simulation,
+    ) -> Result<Option<(Vec<BuiltAttachment>, String)>, RunError> {
+        let stage = self.built.drape_stage();
+        let next = self.topology.after_step(&self.built, simulation, &stage)?;
+        Ok(next.map(|(built, made, line)| {
+            simulation.go_on_with(made.simulation);
+            self.built = Cow::Owned(built);
+            (made.attachments, line)
+        }))
+    }
+}
+
 #[allow(clippy::too_many_arguments)]
 fn drape(
-    built: &BuiltScene,
+    now: &mut Now<'_>,
     simulation: &mut Simulation,
-    attachments: &[crate::build::BuiltAttachment],
+    attachments: &mut Vec<BuiltAttachment>,
     mut recorder: Option<&mut Recorder>,
     frames: &mut Frames,
     start: &Start,
@@ -479,13 +533,6 @@ fn drape(
     progress: &mut (dyn Progress + Send),
     interrupt: &AtomicBool,
 ) -> Result<Drape, RunError> {
-    let scope = Scope {
-        built,
-        directory: &options.directory,
-        start: &start.q,
-        version: &options.version,
-        stage: Stage::drape(),
-    };
     let failed = |reason: String| {
         Ok(Drape {
             status: Status::Failed,
@@ -495,11 +542,12 @@ fn drape(
     let driven = attachments.iter().any(|a| a.moves());
     let mut told = 0;
     let mut booked = Booked::default();
-    let interval = Duration::try_from_secs_f64(built.scene().output.checkpoint_seconds).ok();
+    let changes = now.built.topology_changes();
+    let interval = Duration::try_from_secs_f64(now.built.scene().output.checkpoint_seconds).ok();
     let mut saved = Instant::now();
     if let Some(recorder) = recorder.as_deref_mut() {
-        frames.due(built, recorder, simulation)?;
-        checkpoint_now(recorder, simulation, start)?;
+        frames.due(&now.built, recorder, simulation)?;
+        checkpoint_now(recorder, simulation, now, start)?;
     }
     loop {
         if interrupt.load(Ordering::Relaxed) {
@@ -528,6 +576,13 @@ fn drape(
             }
             dog.begin(simulation);
         }
+        let scope = Scope {
+            built: &now.built,
+            directory: &options.directory,
+            start: &start.q,
+            version: &options.version,
+            stage: Stage::drape(),
+        };
         let outcome = match simulation.advance() {
             Ok(outcome) => outcome,
             Err(e) => {
@@ -568,11 +623,21 @@ fn drape(
             }
             Outcome::Accepted { dt, report } => {
                 progress.tick(&tick("drape", simulation, dt, &report));
+                let mut line = String::new();
+                if changes && let Some((new, what)) = now.after_step(simulation)? {
+                    *attachments = new;
+                    line = what;
+                    if let Some(dog) = &mut dog {
+                        dog.changed(simulation);
+                    }
+                }
                 if let Some(recorder) = recorder.as_deref_mut() {
-                    recorder.diagnostics(&diagnostics(simulation, dt, &report, &mut booked))?;
-                    frames.due(built, recorder, simulation)?;
+                    let mut diagnostics = diagnostics(simulation, dt, &report, &mut booked);
+                    diagnostics.note = line;
+                    recorder.diagnostics(&diagnostics)?;
+                    frames.due(&now.built, recorder, simulation)?;
                     if interval.is_some_and(|i| !i.is_zero() && saved.elapsed() >= i) {
-                        checkpoint_now(recorder, simulation, start)?;
+                        checkpoint_now(recorder, simulation, now, start)?;
                         saved = Instant::now();
                     }
                 }
@@ -724,8 +789,8 @@ impl Frames {
         recorder.frame(
             state.time,
             step,
-            &g.flat_to_scene(&state.q),
-            &g.flat_to_scene(&state.v),
+            &g.recorded_positions(&state.q),
+            &g.recorded_velocities(&state.v),
         )
     }
 }
@@ -733,12 +798,16 @@ impl Frames {
 fn checkpoint_now(
     recorder: &mut Recorder,
     simulation: &Simulation,
+    now: &Now<'_>,
     start: &Start,
 ) -> Result<(), RecordError> {
     let mut sections = simulation.snapshot().sections;
     sections.push((START.to_owned(), start.q.clone()));
     if start.carried {
         sections.push((CARRIED.to_owned(), Vec::new()));
+    }
+    if !now.topology.is_empty() {
+        sections.push((TOPOLOGY.to_owned(), now.topology.section()));
     }
     recorder.checkpoint(&Checkpoint {
         time: simulation.state().time,
@@ -754,7 +823,11 @@ fn header(built: &BuiltScene, options: &RunOptions) -> RunHeader {
         scene_text: options.scene_text.clone(),
         effective: built.scene().effective(),
         version: options.version.clone(),
-        points: g.mesh.points(),
+        points: if g.passages.is_some() {
+            g.recorded_points()
+        } else {
+            g.mesh.points()
+        },
         scalars: 0,
         triangles: g.scene_triangles.clone(),
         panels: g.scene_panel.clone(),

@@ -16,7 +16,7 @@ use crate::build::{BuiltScene, Geometry, YarnCloth, broad_phase};
 use crate::driver::RunError;
 use crate::effects::EffectRow;
 use crate::process;
-use crate::summary::{Defect, SUMMARY_SCHEMA, StageSummary, Status, Summary};
+use crate::summary::{Defect, SUMMARY_SCHEMA, StageSummary, Status, Summary, TopologySummary};
 use crate::watchdog::Event;
 use crate::yarn_skin::still_skin;
 
@@ -26,6 +26,7 @@ pub(crate) struct Inputs<'a> {
     pub status: Status,
     pub reason: String,
     pub effects: Vec<EffectRow>,
+    pub topology: Option<TopologySummary>,
     pub assembly: Vec<StageSummary>,
     pub last: &'a StepReport,
     pub watchdog: Vec<Event>,
@@ -257,10 +258,10 @@ pub(crate) fn maps(built: &BuiltScene, simulation: &mut Simulation) -> Maps {
     let body_distance = if distance.is_empty() {
         distance
     } else {
-        g.to_scene(&distance)
+        g.recorded(&distance)
     };
     Maps {
-        contact_force: g.to_scene(&force),
+        contact_force: g.recorded(&force),
         stretches,
         body_distance,
     }
@@ -294,6 +295,7 @@ pub(crate) fn summary(i: Inputs<'_>) -> Summary {
         max_seam_gap_m: figures.max_seam_gap,
         trims: i.built.trims.summary(&i.built.parsed, i.simulation),
         max_drop_m: figures.max_drop,
+        topology: i.topology,
         defects: figures.defects,
         kinetic_energy_j: state.kinetic_energy(&i.simulation.plan().inertia.masses),
         residual: i.last.residual,
@@ -368,7 +370,7 @@ pub(crate) fn write(
 /// Writes yarns as tubes, or as lines where these would be too many.
 fn write_yarns(path: &Path, g: &Geometry, positions: &[f64]) -> Result<(), RunError> {
     let yarns = g.yarn_paths();
-    let points = g.order.len();
+    let points = g.recorded_points();
     let skin = still_skin(&yarns, points).map_err(|e| RecordError::Surface {
         reason: e.to_string(),
     })?;

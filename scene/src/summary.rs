@@ -89,6 +89,9 @@ pub struct Summary {
     pub error: Option<ErrorReport>,
     /// Wall time by stage [s].
     pub stages: BTreeMap<String, f64>,
+    /// How yarns left their contacts, where they may.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub topology: Option<TopologySummary>,
     /// What the watchdog found in the drape, in order; empty when it is off.
     pub watchdog: Vec<Event>,
     /// Findings beyond those listed.
@@ -105,6 +108,25 @@ pub struct Summary {
     pub final_state_hash: String,
     /// Findings of the doctor that did not stop the run.
     pub warnings: Vec<String>,
+}
+
+/// What happened to the contacts of yarns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct TopologySummary {
+    /// Contacts that a yarn left as its end slid past.
+    pub released: usize,
+    /// Loops drawn out of the loops that held them.
+    pub drawn: usize,
+    /// Nodes of single yarns taken out.
+    pub removed: usize,
+    /// Cuts.
+    pub cut: usize,
+    /// Elastic energy removed by all of it [J].
+    pub energy_removed_j: f64,
+    /// Time of the first event [s].
+    pub first_s: Option<f64>,
+    /// Time of the last event [s].
+    pub last_s: Option<f64>,
 }
 
 /// One button at the end of a run.

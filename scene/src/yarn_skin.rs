@@ -13,6 +13,9 @@ impl Geometry {
         let Some(yarns) = &self.yarns else {
             return YarnPaths::default();
         };
+        if let Some(passages) = &self.passages {
+            return passages.paths().clone();
+        }
         // Sides belong to points, which have another order in the scene.
         let network = yarns.network.renumbered(&self.order.old_of_new);
         let paths = StrandPaths::of(&network);

@@ -16,6 +16,7 @@ pub mod knit;
 mod material;
 mod network;
 pub mod panel;
+pub mod topology;
 mod tube;
 mod vec3;
 mod weave;

@@ -15,6 +15,7 @@ use crate::file::model::{self, BodyShape, dense_keys};
 use crate::file::obj::{self, Purpose};
 
 /// One obstacle, ready to collide with.
+#[derive(Clone)]
 pub struct BuiltBody {
     /// Its name.
     pub name: String,

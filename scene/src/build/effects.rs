@@ -231,6 +231,16 @@ pub(super) fn rows(
             "`stiffness_damping` is zero in every yarn",
         );
     }
+    if let Some(yarns) = &built.geometry.yarns {
+        add(
+            "topology changes",
+            built
+                .topology_changes()
+                .then_some((yarns.network.strands.len(), 0)),
+            "looked for after every step".into(),
+            "`topology.changes` is false",
+        );
+    }
     add("error estimate", None, String::new(), "not asked for");
     let o = &scene.output;
     add(

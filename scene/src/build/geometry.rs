@@ -11,6 +11,7 @@ use selvedge_shell_model::shape::hinge_angles;
 use selvedge_shell_model::{ShellMesh, sheet};
 use selvedge_yarn_model::YarnNetwork;
 
+use super::passages::Passages;
 use super::rest;
 use super::sewn::{Sewn, held_labels};
 use super::yarns::{self, YarnCloth};
@@ -20,6 +21,7 @@ use crate::file::obj::{self, Purpose};
 use crate::file::{Parsed, SceneFile};
 
 /// All cloth of a scene.
+#[derive(Clone)]
 pub struct Geometry {
     /// The mesh in the solver's order.
     pub mesh: ShellMesh,
@@ -50,9 +52,12 @@ pub struct Geometry {
     pub sewn: bool,
     /// Cloth made of yarns, which is then all of it.
     pub yarns: Option<YarnCloth>,
+    /// What is recorded of yarns that leave their contacts.
+    pub passages: Option<Passages>,
 }
 
 /// One piece of cloth, in the scene's order.
+#[derive(Clone)]
 pub struct Part {
     /// Its name.
     pub name: String,
@@ -155,7 +160,11 @@ impl Geometry {
     pub fn start(&self) -> State {
         match &self.yarns {
             Some(yarns) if yarns.sliding => {
-                State::with_scalars(&self.positions, &yarns.network.arcs())
+                let positions = match &self.passages {
+                    Some(passages) => passages.points(&self.positions),
+                    None => self.positions.clone(),
+                };
+                State::with_scalars(&positions, &yarns.network.arcs())
             }
             _ => State::at_rest(&self.positions),
         }
@@ -568,7 +577,8 @@ fn finish(scene: &SceneFile, draft: Draft) -> Result<Geometry, String> {
         ));
     }
     let rename = |p: u32| order.new_of_old[p as usize];
-    Ok(Geometry {
+    let mut geometry = Geometry {
+        passages: None,
         positions: order.to_new(&draft.positions),
         mesh,
         spring_seams: draft
@@ -590,5 +600,9 @@ fn finish(scene: &SceneFile, draft: Draft) -> Result<Geometry, String> {
             sliding: scene.cloth.iter().any(|c| c.slides() == Some(true)),
         }),
         order,
-    })
+    };
+    if scene.topology.changes && geometry.yarns.is_some() {
+        geometry.passages = Some(Passages::new(&geometry));
+    }
+    Ok(geometry)
 }

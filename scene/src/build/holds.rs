@@ -11,11 +11,18 @@ use super::bodies::BuiltBody;
 use super::geometry::{Geometry, Part};
 use crate::diagnostic::Diagnostics;
 use crate::file::Parsed;
-use crate::file::model::{Corner, DenseKey, Edge, Interpolation, PinKind, Select, dense_keys};
+use crate::file::model::{
+    Corner, DenseKey, Edge, Interpolation, PinKind, Select, YarnEnd, dense_keys,
+};
 use crate::motion::Motion;
 
 /// Points of a piece, in the scene's order.
-fn select(part: &Part, select: &Select, positions: &[[f64; 3]]) -> Result<Vec<u32>, String> {
+fn select(
+    geometry: &Geometry,
+    part: &Part,
+    select: &Select,
+    positions: &[[f64; 3]],
+) -> Result<Vec<u32>, String> {
     let of_sheet = || {
         part.material.as_deref().ok_or_else(|| {
             format!(
@@ -107,6 +114,7 @@ fn select(part: &Part, select: &Select, positions: &[[f64; 3]]) -> Result<Vec<u3
                 .filter(|&p| Some(p) == nearest || far(p) <= *within)
                 .collect()
         }
+        Select::Yarn { index, end } => yarn_ends(geometry, part, *index, *end)?,
     };
     if chosen.is_empty() {
         return Err(format!(
@@ -115,6 +123,33 @@ fn select(part: &Part, select: &Select, positions: &[[f64; 3]]) -> Result<Vec<u3
         ));
     }
     Ok(chosen)
+}
+
+/// Points at the ends of a yarn of a piece.
+fn yarn_ends(
+    geometry: &Geometry,
+    part: &Part,
+    index: i64,
+    end: YarnEnd,
+) -> Result<Vec<u32>, String> {
+    let all = geometry.yarn_ends();
+    let own: Vec<[u32; 2]> = all
+        .into_iter()
+        .filter(|[first, _]| part.points.contains(first))
+        .collect();
+    let count = own.len() as i64;
+    let place = if index < 0 { count + index } else { index };
+    let Some([first, last]) = usize::try_from(place).ok().and_then(|k| own.get(k)) else {
+        return Err(format!(
+            "yarn {index} does not exist; cloth `{}` has {count} yarns",
+            part.name
+        ));
+    };
+    Ok(match end {
+        YarnEnd::First => vec![*first],
+        YarnEnd::Last => vec![*last],
+        YarnEnd::Both => vec![*first, *last],
+    })
 }
 
 fn extent(material: &[[f64; 2]]) -> [f64; 2] {
@@ -194,7 +229,7 @@ pub fn pins(parsed: &Parsed, geometry: &Geometry) -> Result<Option<BuiltPins>, D
         let Some(part) = geometry.part(&pin.cloth) else {
             continue;
         };
-        let chosen = match select(part, &pin.select, &scene_positions) {
+        let chosen = match select(geometry, part, &pin.select, &scene_positions) {
             Ok(chosen) => chosen,
             Err(message) => {
                 let path = format!("{path}.select");
@@ -222,18 +257,21 @@ pub fn pins(parsed: &Parsed, geometry: &Geometry) -> Result<Option<BuiltPins>, D
                 findings.push(parsed.locations.error("scene::pin", &path, message));
                 break;
             }
-            let added = match pin.kind {
-                PinKind::Fixed {} => filter.fix(point, [0.0; 3]),
-                PinKind::Plane { normal } => filter.constrain(point, normal, 0.0),
-                PinKind::Line { direction } => filter.line(point, direction),
-            };
-            if let Err(e) = added {
-                findings.push(parsed.locations.error("scene::pin", &path, e.to_string()));
-                break;
+            // A point may have become several.
+            for point in geometry.now(point) {
+                let added = match pin.kind {
+                    PinKind::Fixed {} => filter.fix(point, [0.0; 3]),
+                    PinKind::Plane { normal } => filter.constrain(point, normal, 0.0),
+                    PinKind::Line { direction } => filter.line(point, direction),
+                };
+                if let Err(e) = added {
+                    findings.push(parsed.locations.error("scene::pin", &path, e.to_string()));
+                    break;
+                }
+                points.push(point);
+                followers.start.push(place);
+                followers.motion.push(motion.clone());
             }
-            points.push(point);
-            followers.start.push(place);
-            followers.motion.push(motion.clone());
         }
     }
     if findings.has_errors() {
@@ -296,7 +334,7 @@ pub fn attachments(
         let Some(part) = geometry.part(&spec.cloth) else {
             continue;
         };
-        let chosen = match select(part, &spec.select, &scene_positions) {
+        let chosen = match select(geometry, part, &spec.select, &scene_positions) {
             Ok(chosen) => chosen,
             Err(message) => {
                 let path = format!("{path}.select");
@@ -304,14 +342,13 @@ pub fn attachments(
                 continue;
             }
         };
-        let start: Vec<[f64; 3]> = chosen
-            .iter()
-            .map(|p| scene_positions[*p as usize])
-            .collect();
-        let points: Vec<u32> = chosen
-            .iter()
-            .map(|p| geometry.order.new_of_old[*p as usize])
-            .collect();
+        let (mut start, mut points) = (Vec::new(), Vec::new());
+        for p in chosen {
+            for now in geometry.now(geometry.order.new_of_old[p as usize]) {
+                start.push(scene_positions[p as usize]);
+                points.push(now);
+            }
+        }
         let body = spec
             .body
             .as_ref()

@@ -5,11 +5,13 @@ mod bodies;
 mod effects;
 mod geometry;
 mod holds;
+mod passages;
 mod perturb;
 mod placement;
 mod rest;
 mod sewn;
 mod system;
+mod topology;
 mod trims;
 mod yarn_panels;
 mod yarns;
@@ -40,12 +42,15 @@ use crate::file::{Parsed, SceneFile};
 pub use bodies::BuiltBody;
 pub use geometry::{Geometry, Part};
 pub use holds::BuiltAttachment;
+pub use passages::Passages;
 pub use sewn::Sewn;
 pub use system::broad_phase;
+pub(crate) use topology::Topology;
 pub use trims::Trims;
 pub use yarns::YarnCloth;
 
 /// A scene whose inputs have been read: meshes, bodies, fabrics.
+#[derive(Clone)]
 pub struct BuiltScene {
     /// The scene file.
     pub parsed: Parsed,

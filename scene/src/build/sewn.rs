@@ -5,6 +5,7 @@ use selvedge_garment::GarmentMesh;
 use super::bodies::{BuiltBody, nearest_surface};
 
 /// A garment and where the scene puts it.
+#[derive(Clone)]
 pub struct Sewn {
     /// Panels, seams and initial places.
     pub mesh: GarmentMesh,

@@ -6,7 +6,7 @@ use selvedge_energy::{Batch, EnergyBatch, MassBatch};
 use selvedge_integrator::{Fixed, Inertia, Pins, Term};
 use selvedge_linsolve::BlockFilter;
 use selvedge_yarn_model::chart::{BUILT_IN_CHARTS, Chart, StitchPattern, read_knitout};
-use selvedge_yarn_model::knit::{KnitOptions, knitted};
+use selvedge_yarn_model::knit::{KnitLoop, KnitOptions, LoopGraph, knitted_part};
 use selvedge_yarn_model::{
     Draft, FrictionSettings, InertiaForce, JammingBending, LockedBending, LockedGravity,
     LockedInertia, LockedStretch, ParallelYarns, PlainBending, RayleighDamping, SegmentInertia,
@@ -20,6 +20,7 @@ use crate::file::Parsed;
 use crate::file::model::{Cloth, ClothShape, yarn_named};
 
 /// All yarns of a scene, in the solver's order.
+#[derive(Clone)]
 pub struct YarnCloth {
     /// The network.
     pub network: YarnNetwork,
@@ -47,11 +48,15 @@ pub(super) fn network(
             yarn: name,
             course_pitch,
             wale_pitch,
+            bind_off,
             ..
         } => yarn("yarn", name).and_then(|material| {
             let chart = chart_named(parsed, chart, *stitches).map_err(|m| fail("chart", m))?;
             let options = knit_options(material, *course_pitch, *wale_pitch);
-            let knitted = knitted(&chart, &options);
+            // Row 0 of the loops is the cast-on, the last one the bind-off.
+            let last = LoopGraph::new(&chart).loops.iter().map(|l| l.row).max();
+            let kept = |l: &KnitLoop| *bind_off || Some(l.row) != last;
+            let knitted = knitted_part(&chart, &options, |l, _| kept(l));
             knitted
                 .map(|k| k.network)
                 .map_err(|e| fail("chart", e.to_string()))
@@ -77,11 +82,23 @@ pub(super) fn network(
                 .map_err(|e| fail("yarns", e.to_string()))
         }),
         ClothShape::KnitMesh { .. } | ClothShape::WovenMesh { .. } => {
-            return Some(yarn_panels::network(parsed, index, &cloth.shape));
+            let network = yarn_panels::network(parsed, index, &cloth.shape);
+            let settings = &parsed.scene.topology;
+            let tail = settings.changes && settings.tail > 0.0;
+            return Some(network.map(|n| match tail {
+                true => n.with_tails(settings.tail),
+                false => n,
+            }));
         }
         _ => return None,
     };
-    Some(built.map(laid_flat))
+    let settings = &parsed.scene.topology;
+    let tail = settings.changes.then_some(settings.tail);
+    let tailed = |n: YarnNetwork| match tail {
+        Some(tail) if tail > 0.0 => n.with_tails(tail),
+        _ => n,
+    };
+    Some(built.map(tailed).map(laid_flat))
 }
 
 /// A yarn of the scene or of the library.

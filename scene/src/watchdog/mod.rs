@@ -354,6 +354,14 @@ impl Watchdog {
         }
     }
 
+    /// The points or terms changed after a step: energies cannot be compared,
+    /// and the settings of the rung have to be set anew.
+    pub fn changed(&mut self, simulation: &mut Simulation) {
+        self.meter.reset();
+        self.before = None;
+        self.ladder.apply(simulation, self.rung);
+    }
+
     fn climb(&mut self, simulation: &mut Simulation, rung: u8) {
         self.rung = rung;
         self.calm = 0;

@@ -60,6 +60,14 @@ impl Check<'_> {
                 "the same in every cloth of a scene",
             );
         }
+        if self.scene.topology.changes && cloth[first].slides() != Some(true) {
+            self.error(
+                "scene::yarns",
+                "topology.changes",
+                "`topology.changes` needs yarns that slide",
+                "`sliding = true` in every cloth",
+            );
+        }
         if self.scene.solver.matrix != super::super::model::MatrixKind::Dual {
             self.error(
                 "scene::yarns",

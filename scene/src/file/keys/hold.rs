@@ -1,6 +1,6 @@
 use super::super::spec::Kind::{Choice, Indices, Table as Sub, Tables, Text};
 use super::super::spec::{
-    Key, NOT_NEGATIVE, Range, Table, Variant, derived, key, number, optional, required,
+    Key, NOT_NEGATIVE, Range, Table, Variant, derived, integer, key, number, optional, required,
 };
 use super::body::{INTERPOLATION, KEYFRAME};
 use super::{DIRECTION, POSITION};
@@ -119,6 +119,7 @@ static SELECTION: Table = Table::one_of(
             "Points of the pattern's edges with this label.",
         ),
         optional("nearest", Sub(&NEAREST), "The points nearest to a place."),
+        optional("yarn", Sub(&YARN_END), "The end of a yarn."),
     ],
 );
 
@@ -127,6 +128,28 @@ static BOX: Table = Table::new(
     &[
         required("min", POSITION, "Least corner."),
         required("max", POSITION, "Greatest corner."),
+    ],
+);
+
+static YARN_END: Table = Table::new(
+    "An end of a yarn.",
+    &[
+        key(
+            "index",
+            integer(-1_000_000, 1_000_000),
+            "0",
+            "The yarn: from 0, or from -1 for the last backwards. Knits: cast-on, rows, bind-off; \
+             wovens: warps, then wefts.",
+        ),
+        required(
+            "end",
+            Choice(&[
+                ("first", "where it begins"),
+                ("last", "where it ends"),
+                ("both", "both ends"),
+            ]),
+            "Which end.",
+        ),
     ],
 );
 

@@ -57,6 +57,12 @@ pub(crate) static SCENE: Table = Table::new(
             "{}",
             "Yarns of this scene, by name; they hide library yarns of the same name.",
         ),
+        key(
+            "topology",
+            Sub(&yarn::TOPOLOGY),
+            "{}",
+            "Yarns that leave their contacts.",
+        ),
         key("mesh", Sub(&settings::MESH), "{}", "Triangulation."),
         key(
             "contact",

@@ -204,7 +204,34 @@ pub(super) static KNIT: &[Key] = &[
     COURSE_PITCH,
     WALE_PITCH,
     SLIDING,
+    key(
+        "bind_off",
+        Bool,
+        "true",
+        "Whether a yarn of its own secures the loops of the last row; without it they are open.",
+    ),
 ];
+
+/// Contacts that come and go.
+pub(super) static TOPOLOGY: Table = Table::new(
+    "",
+    &[
+        key(
+            "changes",
+            Bool,
+            "false",
+            "Whether yarns leave their contacts: when their end slides past, when a loop that \
+             holds nothing is drawn out. They need `sliding`.",
+        ),
+        key(
+            "tail",
+            number("m", Range::zero_to(1.0)),
+            "0.003",
+            "With `changes`: length of the free end beyond the contact in which a yarn ends; \
+             0 ties ends to their contacts.",
+        ),
+    ],
+);
 
 pub(super) static WOVEN: &[Key] = &[
     DRAFT,

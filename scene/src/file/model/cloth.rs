@@ -87,6 +87,8 @@ pub enum ClothShape {
         wale_pitch: Option<f64>,
         /// Whether yarns slide.
         sliding: bool,
+        /// Whether the loops of the last row are secured.
+        bind_off: bool,
     },
     /// A woven rectangle.
     Woven {

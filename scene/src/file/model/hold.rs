@@ -28,6 +28,25 @@ pub enum Select {
         /// Distance \[m\]; 0 takes the nearest point alone.
         within: f64,
     },
+    /// An end of a yarn.
+    Yarn {
+        /// The yarn, from 0, or from −1 backwards.
+        index: i64,
+        /// Which end.
+        end: YarnEnd,
+    },
+}
+
+/// Ends of a yarn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum YarnEnd {
+    /// Where it begins.
+    First,
+    /// Where it ends.
+    Last,
+    /// Both.
+    Both,
 }
 
 /// Corners of a sheet.

@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 pub use body::{Body, BodyShape, Part};
 pub use cloth::{Cloth, ClothShape, Grain, Lattice, MeshRest, RestAngles};
 pub use fabric::{BendingEntry, FabricDamping, FabricEntry, MembraneEntry};
-pub use hold::{Attachment, Corner, Edge, Pin, PinKind, Select};
+pub use hold::{Attachment, Corner, Edge, Pin, PinKind, Select, YarnEnd};
 pub use motion::{DenseKey, Interpolation, Keyframe, Rotation, dense_keys};
 pub use settings::{
     AssembleSettings, AssemblySettings, BroadPhaseKind, ContactSettings, CurvatureKind,
@@ -30,7 +30,7 @@ pub use settings::{
 pub use trim::{Button, Buttonhole};
 pub use watchdog::{WatchdogAnswer, WatchdogSettings};
 pub(crate) use yarn::yarn_named;
-pub use yarn::{YarnEntry, YarnLibrary};
+pub use yarn::{TopologySettings, YarnEntry, YarnLibrary};
 
 /// A scene: what to simulate and how, with every default filled in.
 ///
@@ -61,6 +61,8 @@ pub struct SceneFile {
     pub fabric: BTreeMap<String, FabricEntry>,
     /// Kinds of yarn of the scene, by name.
     pub yarn: BTreeMap<String, YarnEntry>,
+    /// Yarns that leave their contacts.
+    pub topology: TopologySettings,
     /// Triangulation.
     pub mesh: MeshSettings,
     /// Contact and friction.

@@ -55,6 +55,15 @@ pub struct YarnEntry {
     pub stiffness_damping: Option<f64>,
 }
 
+/// Contacts that come and go.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TopologySettings {
+    /// Whether yarns leave their contacts.
+    pub changes: bool,
+    /// Length of free ends \[m\].
+    pub tail: f64,
+}
+
 impl YarnLibrary {
     /// Library yarn of a name.
     pub fn named(name: &str) -> Option<Self> {

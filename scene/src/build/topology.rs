@@ -1,0 +1,312 @@
+//! Yarns that leave their contacts during a run.
+
+use selvedge_energy::{DofLayout, EvalPoint};
+use selvedge_integrator::{Simulation, State};
+use selvedge_shell_model::ShellMesh;
+use selvedge_yarn_model::topology::{Change, TopologyEvent, changes};
+use selvedge_yarn_model::{FrictionSettings, StitchWrapping, YarnNetwork};
+
+use super::yarns::YarnCloth;
+use super::{Built, BuiltScene, StageOptions};
+use crate::diagnostic::{Diagnostics, Finding};
+use crate::summary::TopologySummary;
+
+/// Everything that has happened to the yarns of a run.
+///
+/// The network is that of the scene after all of these events, so that they are
+/// all that a checkpoint needs beside the state.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Topology {
+    log: Vec<Happened>,
+}
+
+/// Events at once.
+#[derive(Clone, Debug, PartialEq)]
+struct Happened {
+    /// Simulated time \[s\].
+    time: f64,
+    /// Events and the elastic energy that each removed \[J\].
+    events: Vec<(TopologyEvent, f64)>,
+}
+
+/// Histories of terms that a change carries over, by the start of their names.
+const FRICTION_TERM: &str = "yarn friction";
+const WRAPPING_TERM: &str = "stitch wrapping";
+
+impl Topology {
+    /// Whether nothing has happened.
+    pub fn is_empty(&self) -> bool {
+        self.log.is_empty()
+    }
+
+    /// Numbers for a checkpoint.
+    pub fn section(&self) -> Vec<f64> {
+        let mut all = Vec::new();
+        for h in &self.log {
+            all.extend([h.time, h.events.len() as f64]);
+            for (event, energy) in &h.events {
+                let [kind, strand] = event.encode().map(f64::from);
+                all.extend([kind, strand, *energy]);
+            }
+        }
+        all
+    }
+
+    /// From the numbers of a checkpoint; `None` if they are something else.
+    pub fn of_section(section: &[f64]) -> Option<Self> {
+        let mut log = Vec::new();
+        let mut rest = section;
+        while let Some(([time, count], after)) = rest.split_first_chunk::<2>() {
+            let (events, after) = after.split_at_checked(3 * *count as usize)?;
+            let event = |e: &[f64; 3]| {
+                let event = TopologyEvent::decode([e[0] as u32, e[1] as u32])?;
+                Some((event, e[2]))
+            };
+            log.push(Happened {
+                time: *time,
+                events: events
+                    .as_chunks::<3>()
+                    .0
+                    .iter()
+                    .map(event)
+                    .collect::<Option<_>>()?,
+            });
+            rest = after;
+        }
+        rest.is_empty().then_some(Self { log })
+    }
+
+    /// The scene after all that has happened.
+    pub fn replay(&self, start: &BuiltScene) -> Result<BuiltScene, Diagnostics> {
+        let mut built = start.clone();
+        for h in &self.log {
+            let events: Vec<TopologyEvent> = h.events.iter().map(|(e, _)| *e).collect();
+            let Some(yarns) = &built.geometry.yarns else {
+                break;
+            };
+            let change = Change::new(&yarns.network, &events).map_err(|e| built.refused(&e))?;
+            built = built.changed(change)?;
+        }
+        Ok(built)
+    }
+
+    /// What happens after a step, until nothing more does: the scene and the
+    /// simulation that go on, and a line about it; `None` when nothing happens.
+    pub fn after_step(
+        &mut self,
+        built: &BuiltScene,
+        simulation: &Simulation,
+        stage: &StageOptions,
+    ) -> Result<Option<(BuiltScene, Built, String)>, Diagnostics> {
+        let Some(yarns) = &built.geometry.yarns else {
+            return Ok(None);
+        };
+        let state = simulation.state();
+        let points = simulation.plan().layout.points;
+        let pinned = pinned(simulation);
+        let events = changes(&yarns.network, &state.q[3 * points..], |n| {
+            pinned[n as usize]
+        });
+        if events.is_empty() {
+            return Ok(None);
+        }
+        let mut work = Work {
+            built: built.clone(),
+            q: state.q.clone(),
+            v: state.v.clone(),
+            friction: history(simulation, FRICTION_TERM),
+            wrapping: history(simulation, WRAPPING_TERM),
+            pinned,
+        };
+        let first = self.log.len();
+        let mut events = events;
+        while !events.is_empty() {
+            let energies = work.happen(&events)?;
+            self.log.push(Happened {
+                time: state.time,
+                events: events.into_iter().zip(energies).collect(),
+            });
+            events = work.more();
+        }
+        let next = State {
+            layout: work.layout(),
+            q: work.q,
+            v: work.v,
+            time: state.time,
+        };
+        let mut made = work.built.simulation(next, stage)?;
+        for term in &mut made.simulation.plan_mut().terms {
+            let kept = match term.batch.name() {
+                name if name.starts_with(FRICTION_TERM) => &work.friction,
+                name if name.starts_with(WRAPPING_TERM) => &work.wrapping,
+                _ => continue,
+            };
+            if kept.len() == term.batch.history().len() {
+                term.batch.restore_history(kept);
+            }
+        }
+        let told = Self {
+            log: self.log[first..].to_vec(),
+        };
+        Ok(Some((work.built, made, told.line())))
+    }
+
+    /// A line about everything.
+    fn line(&self) -> String {
+        let s = self.summary();
+        format!(
+            "yarns: {} contacts left, {} loops drawn out, {} nodes taken out; {:.3e} J removed",
+            s.released, s.drawn, s.removed, s.energy_removed_j
+        )
+    }
+
+    /// Numbers of events and the energy that went with them.
+    pub fn summary(&self) -> TopologySummary {
+        let mut s = TopologySummary::default();
+        for (event, energy) in self.log.iter().flat_map(|h| &h.events) {
+            match event {
+                TopologyEvent::Release { .. } => s.released += 1,
+                TopologyEvent::Draw { .. } => s.drawn += 1,
+                TopologyEvent::Remove { .. } => s.removed += 1,
+                TopologyEvent::Cut { .. } => s.cut += 1,
+            }
+            s.energy_removed_j += energy;
+        }
+        s.first_s = self.log.first().map(|h| h.time);
+        s.last_s = self.log.last().map(|h| h.time);
+        s
+    }
+}
+
+/// A scene, its state and its memory under change.
+struct Work {
+    built: BuiltScene,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    friction: Vec<f64>,
+    wrapping: Vec<f64>,
+    pinned: Vec<bool>,
+}
+
+impl Work {
+    fn network(&self) -> Option<&YarnNetwork> {
+        self.built.geometry.yarns.as_ref().map(|y| &y.network)
+    }
+
+    fn layout(&self) -> DofLayout {
+        let network = self.network();
+        DofLayout {
+            points: network.map_or(0, YarnNetwork::nodes),
+            scalars: network.map_or(0, |n| n.strands.len()),
+        }
+    }
+
+    fn more(&self) -> Vec<TopologyEvent> {
+        let Some(network) = self.network() else {
+            return Vec::new();
+        };
+        changes(network, &self.q[3 * network.nodes()..], |n| {
+            self.pinned[n as usize]
+        })
+    }
+
+    /// Makes events happen, and returns the energy that each removed \[J\].
+    fn happen(&mut self, events: &[TopologyEvent]) -> Result<Vec<f64>, Diagnostics> {
+        let Some(old) = self.network().cloned() else {
+            return Ok(Vec::new());
+        };
+        let mut energies = Vec::with_capacity(events.len());
+        let mut before = elastic(&old, &self.q);
+        for k in 1..=events.len() {
+            let change = Change::new(&old, &events[..k]).map_err(|e| self.built.refused(&e))?;
+            let from = |n: u32| change.node_from[n as usize] as usize;
+            let driven = |n: u32| self.pinned[from(n)];
+            let (q, v) = change.carry(&old, &self.q, &self.v, driven);
+            let after = elastic(&change.network, &q);
+            energies.push(before - after);
+            before = after;
+            if k == events.len() {
+                let settings = FrictionSettings::default();
+                self.friction = change.friction_history(&old, settings, &self.friction);
+                let fresh = StitchWrapping::new(&change.network);
+                self.wrapping = change.wrapping_history(&old, &self.wrapping, &fresh);
+                self.pinned = change
+                    .node_from
+                    .iter()
+                    .map(|n| self.pinned[*n as usize])
+                    .collect();
+                (self.q, self.v) = (q, v);
+                self.built = self.built.changed(change)?;
+                break;
+            }
+        }
+        Ok(energies)
+    }
+}
+
+/// Elastic energy of yarns that slide [J].
+fn elastic(network: &YarnNetwork, q: &[f64]) -> f64 {
+    let cloth = YarnCloth {
+        network: network.clone(),
+        sliding: true,
+    };
+    let at = EvalPoint {
+        layout: DofLayout {
+            points: network.nodes(),
+            scalars: network.strands.len(),
+        },
+        q,
+        q_start: q,
+        dt: 1.0,
+    };
+    let mut sum = 0.0;
+    for mut term in cloth.parts([0.0; 3]).terms {
+        if !term.batch.name().starts_with(FRICTION_TERM) {
+            term.batch.begin_step(&at);
+            sum += term.batch.value(&at, 0..term.batch.len());
+        }
+    }
+    sum
+}
+
+fn history(simulation: &Simulation, name: &str) -> Vec<f64> {
+    let terms = &simulation.plan().terms;
+    let term = terms.iter().find(|t| t.batch.name().starts_with(name));
+    term.map(|t| t.batch.history().to_vec()).unwrap_or_default()
+}
+
+/// Whether the motion of a point is prescribed.
+fn pinned(simulation: &Simulation) -> Vec<bool> {
+    let plan = simulation.plan();
+    let mut pinned = vec![false; plan.layout.points];
+    for p in plan.pins.iter().flat_map(|p| &p.points) {
+        pinned[*p as usize] = true;
+    }
+    pinned
+}
+
+impl BuiltScene {
+    /// Whether yarns may leave their contacts.
+    pub(crate) fn topology_changes(&self) -> bool {
+        self.geometry.passages.is_some()
+    }
+
+    /// The scene with a changed network.
+    fn changed(&self, change: Change) -> Result<Self, Diagnostics> {
+        let mut next = self.clone();
+        let passages = self.geometry.passages.as_ref();
+        next.geometry.passages = passages.map(|p| p.changed(&change));
+        let nodes = change.network.nodes();
+        next.geometry.mesh = ShellMesh::new(nodes, Vec::new(), Vec::new(), Vec::new())
+            .map_err(|e| self.refused(&e))?;
+        if let Some(yarns) = &mut next.geometry.yarns {
+            yarns.network = change.network;
+        }
+        Ok(next)
+    }
+
+    fn refused(&self, error: &dyn std::error::Error) -> Diagnostics {
+        let name = self.parsed.locations.name();
+        Finding::error("scene::topology", name, error.to_string()).into()
+    }
+}

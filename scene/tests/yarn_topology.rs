@@ -1,0 +1,200 @@
+//! Yarns that leave their contacts during a run: unravelling, recording, resume.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use selvedge_record::Recording;
+use selvedge_scene::build::BuiltScene;
+use selvedge_scene::driver::{self, Progress, RunOptions, RunResult, Silent, Tick};
+use selvedge_scene::file;
+use selvedge_scene::summary::Status;
+
+/// The last row of a garter patch with open loops, pulled at its end.
+const KNIT: &str = r#"
+name = "unravel"
+[[cloth]]
+kind = "knit"
+chart = "garter"
+stitches = [4, 3]
+yarn = "sweater"
+bind_off = false
+[topology]
+changes = true
+tail = 0.006
+[[pin]]
+select = { edge = "bottom" }
+[[pin]]
+select = { yarn = { index = -1, end = "last" } }
+motion = [{ time = 0 }, { time = 0.45, translation = [0, 0, -0.18] }]
+[simulation]
+duration = 0.4
+gravity = [0, 0, 0]
+[output]
+frame_rate = 100
+"#;
+
+/// The last weft of a plain weave, pulled out sideways.
+const WOVEN: &str = r#"
+name = "fray"
+[[cloth]]
+kind = "woven"
+yarns = [4, 4]
+spacing = 0.001
+yarn = "thread"
+[yarn.thread]
+library = "weaving"
+stretch_modulus = 1e7
+friction = 0.05
+[topology]
+changes = true
+[[pin]]
+select = { edge = "bottom" }
+[[pin]]
+select = { yarn = { index = -1, end = "last" } }
+interpolation = "eased"
+motion = [{ time = 0 }, { time = 0.05, translation = [0.012, 0, 0] }]
+[simulation]
+duration = 0.05
+gravity = [0, 0, 0]
+[output]
+frame_rate = 200
+"#;
+
+fn built(text: &str, folder: &Path, set: &[(&str, &str)]) -> BuiltScene {
+    let own = |(k, v): &(&str, &str)| ((*k).to_owned(), (*v).to_owned());
+    let set: Vec<_> = set.iter().map(own).collect();
+    let parsed = file::parse(text, &folder.join("scene.toml"), &set);
+    let parsed = parsed.expect("a valid scene");
+    BuiltScene::new(parsed).expect("a scene that can be built")
+}
+
+fn options(text: &str, directory: &Path, resume: bool) -> RunOptions {
+    RunOptions {
+        directory: directory.to_owned(),
+        resume,
+        scene_text: text.to_owned(),
+        version: "test".to_owned(),
+    }
+}
+
+fn whole(text: &str, directory: &Path, set: &[(&str, &str)]) -> RunResult {
+    let built = built(text, directory, set);
+    let never = AtomicBool::new(false);
+    driver::run(
+        &built,
+        &options(text, directory, false),
+        &mut Silent,
+        &never,
+    )
+    .expect("a run")
+}
+
+/// Raises the interrupt at a step.
+struct StopAt(Arc<AtomicBool>, u64);
+
+impl Progress for StopAt {
+    fn tick(&mut self, tick: &Tick<'_>) {
+        if tick.steps == self.1 {
+            self.0.store(true, Ordering::Relaxed);
+        }
+    }
+    fn note(&mut self, _: &str) {}
+}
+
+/// The row comes out loop by loop; energy goes with it; the frames, of as many
+/// points all along, show it.
+#[test]
+fn a_row_unravels() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let result = whole(KNIT, folder.path(), &[]);
+    let s = &result.summary;
+    assert_eq!(s.status, Status::Finished, "{}", s.reason);
+    let topology = s.topology.expect("counts");
+    assert!(topology.drawn >= 4, "{topology:?}");
+    assert!(topology.energy_removed_j > 0.0);
+    let start = built(KNIT, folder.path(), &[]);
+    let network = &start.geometry.yarns.as_ref().expect("yarns").network;
+    // Nothing but open loops goes, two contacts of two strands each a loop.
+    assert_eq!(s.scalars, network.strands.len() - topology.removed);
+    assert!(s.max_abs_edge_strain < 0.6, "{}", s.max_abs_edge_strain);
+
+    let recording = Recording::open(result.recording.as_deref().expect("a recording"));
+    let recording = recording.expect("a readable recording");
+    assert_eq!(recording.warnings(), [] as [String; 0]);
+    let points = recording.header().points;
+    assert_eq!(points, network.strands.len());
+    assert_eq!(recording.header().yarns.points.len(), points);
+    let frames = recording.frames().len();
+    let last = recording.frame(frames - 1).expect("a frame");
+    assert_eq!(last.positions, result.positions);
+    assert_eq!(result.positions.len(), 3 * points);
+    assert_eq!(result.yarn_strain.len(), points);
+    // The end of the yarn follows its pin, the cast-on stays.
+    let paths = &recording.header().yarns;
+    let tip = *paths.offsets.last().expect("an end") as usize - 1;
+    let first = recording.frame(0).expect("a frame");
+    let way = last.positions[3 * tip + 2] - first.positions[3 * tip + 2];
+    assert!((way + 0.16).abs() < 1e-9, "{way}");
+    // Steps with events say what went.
+    let told = recording.diagnostics().iter();
+    assert!(told.filter(|d| d.note.contains("drawn out")).count() >= 4);
+}
+
+/// Runs stopped after events and resumed, and runs on two threads, end like
+/// one that went through, bit for bit, in the same frames.
+#[test]
+fn resume_after_events() {
+    for (text, stop_at) in [(KNIT, 250), (WOVEN, 12)] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let through = whole(text, &folder.path().join("one"), &[]);
+        let s = &through.summary;
+        let topology = s.topology.expect("counts");
+        assert!(topology.released + topology.drawn > 2, "{topology:?}");
+        let threads = [("assembly.threads", "2")];
+        let two = whole(text, &folder.path().join("two"), &threads);
+        assert_eq!(two.summary.final_state_hash, s.final_state_hash);
+
+        let part = folder.path().join("part");
+        let scene = built(text, &part, &[]);
+        let interrupt = Arc::new(AtomicBool::new(false));
+        let mut stop = StopAt(interrupt.clone(), stop_at);
+        let cut = driver::run(&scene, &options(text, &part, false), &mut stop, &interrupt);
+        let cut = cut.expect("a run").summary;
+        assert_eq!(cut.status, Status::Stopped);
+        let before = cut.topology.expect("counts");
+        assert!(before.removed > 0 && before.removed < topology.removed);
+        let never = AtomicBool::new(false);
+        let rest = driver::run(&scene, &options(text, &part, true), &mut Silent, &never);
+        let rest = rest.expect("a resumed run");
+        assert_eq!(rest.summary.final_state_hash, s.final_state_hash);
+        assert_eq!(rest.summary.topology, through.summary.topology);
+        assert_eq!(rest.positions, through.positions);
+        let frames = |r: &RunResult| {
+            let recording = Recording::open(r.recording.as_deref().expect("a recording"));
+            let recording = recording.expect("a readable recording");
+            let all = (0..recording.frames().len()).map(|i| recording.frame(i).expect("a frame"));
+            // The stop itself is a frame of its own.
+            let at = cut.simulated_s;
+            all.filter(|f| f.time != at).collect::<Vec<_>>()
+        };
+        assert_eq!(frames(&rest), frames(&through));
+    }
+}
+
+/// A scene that does not ask for it is recorded as ever, and yarns that do not
+/// slide cannot leave.
+#[test]
+fn off_and_impossible() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let plain = built(KNIT, folder.path(), &[("topology.changes", "false")]);
+    assert!(plain.geometry.passages.is_none());
+    assert_eq!(
+        plain.geometry.recorded_points(),
+        plain.geometry.mesh.points()
+    );
+    let network = &plain.geometry.yarns.as_ref().expect("yarns").network;
+    assert!(network.strands.len() > plain.geometry.recorded_points());
+    let set = [("cloth.0.sliding".to_owned(), "false".to_owned())];
+    assert!(file::parse(KNIT, &folder.path().join("scene.toml"), &set).is_err());
+}
