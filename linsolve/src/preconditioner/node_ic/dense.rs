@@ -4,22 +4,22 @@ use crate::Real;
 
 /// `c −= a bᵀ` with `a` of `m × k`, `b` of `n × k`.
 #[inline]
-pub(super) fn subtract_product(
+pub(super) fn subtract_product<T: Real>(
     c: &mut [f64],
     a: &[f64],
-    b: &[f64],
+    b: &[T],
     (m, n, k): (usize, usize, usize),
 ) {
     match (m, n, k) {
-        (3, 3, 3) => sized_product::<3, 3, 3>(c, a, b),
-        (4, 4, 4) => sized_product::<4, 4, 4>(c, a, b),
-        (5, 5, 5) => sized_product::<5, 5, 5>(c, a, b),
-        (6, 6, 6) => sized_product::<6, 6, 6>(c, a, b),
+        (3, 3, 3) => sized_product::<T, 3, 3, 3>(c, a, b),
+        (4, 4, 4) => sized_product::<T, 4, 4, 4>(c, a, b),
+        (5, 5, 5) => sized_product::<T, 5, 5, 5>(c, a, b),
+        (6, 6, 6) => sized_product::<T, 6, 6, 6>(c, a, b),
         _ => {
             for (a, b) in a.chunks_exact(m).zip(b.chunks_exact(n)) {
                 for (c, &b) in c.chunks_exact_mut(m).zip(b) {
                     for (c, &a) in c.iter_mut().zip(a) {
-                        *c = Real::fma(-a, b, *c);
+                        *c = Real::fma(-a, b.to_f64(), *c);
                     }
                 }
             }
@@ -28,10 +28,10 @@ pub(super) fn subtract_product(
 }
 
 #[inline(always)]
-fn sized_product<const M: usize, const N: usize, const K: usize>(
+fn sized_product<T: Real, const M: usize, const N: usize, const K: usize>(
     c: &mut [f64],
     a: &[f64],
-    b: &[f64],
+    b: &[T],
 ) {
     let c = &mut c.as_chunks_mut::<M>().0[..N];
     let (a, b) = (&a.as_chunks::<M>().0[..K], &b.as_chunks::<N>().0[..K]);
@@ -39,7 +39,7 @@ fn sized_product<const M: usize, const N: usize, const K: usize>(
         let mut sum = c[c_of];
         for k in 0..K {
             for r in 0..M {
-                sum[r] = Real::fma(-a[k][r], b[k][c_of], sum[r]);
+                sum[r] = Real::fma(-a[k][r], b[k][c_of].to_f64(), sum[r]);
             }
         }
         c[c_of] = sum;
@@ -47,14 +47,14 @@ fn sized_product<const M: usize, const N: usize, const K: usize>(
 }
 
 /// `s ← s L⁻ᵀ` for `s` of `m × n` from the packed inverse of `L`.
-pub(super) fn right_solve(s: &mut [f64], inverse: &[f64], m: usize, n: usize) {
+pub(super) fn right_solve<T: Real>(s: &mut [f64], inverse: &[T], m: usize, n: usize) {
     for c in (0..n).rev() {
         let row = &inverse[c * (c + 1) / 2..][..=c];
         let (before, own) = s.split_at_mut(c * m);
         for r in 0..m {
-            let mut sum = row[c] * own[r];
+            let mut sum = row[c].to_f64() * own[r];
             for k in 0..c {
-                sum = Real::fma(row[k], before[k * m + r], sum);
+                sum = Real::fma(row[k].to_f64(), before[k * m + r], sum);
             }
             own[r] = sum;
         }
