@@ -116,7 +116,6 @@ impl Net {
                 }
             }
         }
-        a.finish();
         a
     }
 }
@@ -229,7 +228,6 @@ fn indefinite(#[values(0.0, -1.0, -30.0, -1e4)] value: f64, #[values(false, true
     } else {
         a.points.stat.add_diagonal(12, value - 400.0);
     }
-    a.finish();
     let mut p = NodeIc::<f64>::with_fill(0);
     match p.update(&a, &NoFilter) {
         Ok(()) => {

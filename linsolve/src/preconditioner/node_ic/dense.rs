@@ -35,11 +35,13 @@ fn sized_product<T: Real, const M: usize, const N: usize, const K: usize>(
 ) {
     let c = &mut c.as_chunks_mut::<M>().0[..N];
     let (a, b) = (&a.as_chunks::<M>().0[..K], &b.as_chunks::<N>().0[..K]);
+    // widened together, not number by number
+    let b: [[f64; N]; K] = std::array::from_fn(|k| b[k].map(T::to_f64));
     for c_of in 0..N {
         let mut sum = c[c_of];
         for k in 0..K {
             for r in 0..M {
-                sum[r] = Real::fma(-a[k][r], b[k][c_of].to_f64(), sum[r]);
+                sum[r] = Real::fma(-a[k][r], b[k][c_of], sum[r]);
             }
         }
         c[c_of] = sum;
@@ -48,16 +50,41 @@ fn sized_product<T: Real, const M: usize, const N: usize, const K: usize>(
 
 /// `s ← s L⁻ᵀ` for `s` of `m × n` from the packed inverse of `L`.
 pub(super) fn right_solve<T: Real>(s: &mut [f64], inverse: &[T], m: usize, n: usize) {
+    match m {
+        3 => sized_solve::<T, 3>(s, inverse, n),
+        4 => sized_solve::<T, 4>(s, inverse, n),
+        5 => sized_solve::<T, 5>(s, inverse, n),
+        6 => sized_solve::<T, 6>(s, inverse, n),
+        _ => {
+            for c in (0..n).rev() {
+                let row = &inverse[c * (c + 1) / 2..][..=c];
+                let (before, own) = s.split_at_mut(c * m);
+                for r in 0..m {
+                    let mut sum = row[c].to_f64() * own[r];
+                    for k in 0..c {
+                        sum = Real::fma(row[k].to_f64(), before[k * m + r], sum);
+                    }
+                    own[r] = sum;
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn sized_solve<T: Real, const M: usize>(s: &mut [f64], inverse: &[T], n: usize) {
+    let s = &mut s.as_chunks_mut::<M>().0[..n];
     for c in (0..n).rev() {
         let row = &inverse[c * (c + 1) / 2..][..=c];
-        let (before, own) = s.split_at_mut(c * m);
-        for r in 0..m {
-            let mut sum = row[c].to_f64() * own[r];
-            for k in 0..c {
-                sum = Real::fma(row[k].to_f64(), before[k * m + r], sum);
+        let own = row[c].to_f64();
+        let mut sum = s[c].map(|v| own * v);
+        for (l, s) in row.iter().zip(&s[..c]) {
+            let l = l.to_f64();
+            for r in 0..M {
+                sum[r] = Real::fma(l, s[r], sum[r]);
             }
-            own[r] = sum;
         }
+        s[c] = sum;
     }
 }
 

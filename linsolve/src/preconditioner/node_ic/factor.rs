@@ -15,6 +15,8 @@ pub(super) struct Source<'a, T: Real> {
     pub blocks: &'a [[f64; 9]],
     pub scalars: &'a [f64],
     pub filter: Option<&'a BlockFilter>,
+    /// Places whose point or scalars the filter holds; empty without any.
+    pub held: &'a [bool],
     /// Diagonal shift, relative.
     pub shift: f64,
 }
@@ -140,7 +142,9 @@ impl<T: Real> Source<'_, T> {
         if let Some(border) = self.border {
             self.load_border(i, start, border, row);
         }
-        if let Some(filter) = self.filter.filter(|f| !f.is_empty()) {
+        if let Some(filter) = self.filter
+            && !self.held.is_empty()
+        {
             self.constrain(i, start, filter, row);
         }
         // Last, since these are filtered already and hold the contacts.
@@ -201,11 +205,16 @@ impl<T: Real> Source<'_, T> {
     fn constrain(&self, i: usize, start: usize, filter: &BlockFilter, row: &mut Row) {
         let m = self.plan.size(i);
         for &k in self.plan.row(i) {
+            if !(self.held[i] || self.held[k as usize]) {
+                continue;
+            }
             let at = row.at[k as usize - start] as usize - 1;
             let n = self.plan.size(k as usize);
             self.constrain_block(filter, (i, k as usize), &mut row.blocks[at..at + m * n]);
         }
-        self.constrain_block(filter, (i, i), &mut row.diagonal);
+        if self.held[i] {
+            self.constrain_block(filter, (i, i), &mut row.diagonal);
+        }
     }
 
     fn constrain_block(&self, filter: &BlockFilter, (i, j): (usize, usize), block: &mut [f64]) {
@@ -242,4 +251,18 @@ impl<T: Real> Source<'_, T> {
             }
         }
     }
+}
+
+/// See [`Source::held`].
+pub(super) fn held(plan: &Plan, filter: Option<&BlockFilter>) -> Vec<bool> {
+    let Some(filter) = filter.filter(|f| !f.is_empty()) else {
+        return Vec::new();
+    };
+    (0..plan.points.len())
+        .map(|i| {
+            let (_, mut scalars) = plan.unknowns(i);
+            filter.projector(plan.points[i]).is_some()
+                || scalars.any(|s| filter.is_scalar_fixed(s as u32))
+        })
+        .collect()
 }

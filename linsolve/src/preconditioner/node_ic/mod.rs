@@ -9,7 +9,7 @@ mod sweep;
 use super::block_ic::{FIRST_SHIFT, LAST_SHIFT};
 use super::{Preconditioner, diagonal::positive_inverse, filtered_diagonal};
 use crate::{ExplicitOperator, Filter, LinearOperator, LinsolveError, Real};
-use factor::Source;
+use factor::{Source, held};
 use plan::Plan;
 use sweep::Sweep;
 
@@ -111,6 +111,7 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
             let values = self.plan.values.last().map_or(0, |&n| n as usize);
             self.factor = vec![T::ZERO; values];
         }
+        let held = held(&self.plan, filter.as_blocks());
         let mut source = Source {
             plan: &self.plan,
             points,
@@ -119,6 +120,7 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
             blocks: &self.blocks,
             scalars: &self.scalars,
             filter: filter.as_blocks(),
+            held: &held,
             shift: 0.0,
         };
         let whole = self.plan.parts.len() - 1;
