@@ -43,6 +43,10 @@ fn run(built: &BuiltScene, steps: usize, threads: usize) -> Simulation {
 const KNIT: &str = "[[cloth]]\nkind = \"knit\"\nstitches = [10, 10]\n\
                     [simulation]\ngravity = [0, 0, 0]\n";
 
+const FREE: &str = "[[cloth]]\nkind = \"knit\"\nstitches = [10, 10]\n\
+                    [simulation]\ngravity = [0, 0, 0]\n\
+                    [solver]\nproduct = \"matrix-free\"\n";
+
 const WOVEN: &str = "[[cloth]]\nkind = \"woven\"\nyarns = [8, 9]\n\
                      yarn = \"weaving\"\n[[pin]]\nselect = { edge = \"left\" }\n";
 
@@ -201,6 +205,11 @@ fn mistakes_are_named() {
         (KNIT, ("solver.matrix", "reassembled"), "solver.matrix"),
         (KNIT, ("solver.kind", "refined"), "solver.kind"),
         (
+            FREE,
+            ("solver.preconditioner", "node-ic"),
+            "has no matrix to factor",
+        ),
+        (
             KNIT,
             ("cloth.0.chart", "feather-and-fan"),
             "feather-and-fan",
@@ -212,6 +221,32 @@ fn mistakes_are_named() {
     let both = format!("{KNIT}[[cloth]]\nkind = \"sheet\"\nsize = [0.1, 0.1]\n");
     let error = build(&both, &[]).err().unwrap_or_default();
     assert!(error.contains("is a shell"), "{error}");
+}
+
+/// Stencil by stencil or put together: the same motion but for rounding, the
+/// same bits for any number of threads, of yarns and of shells.
+#[test]
+fn matrix_free_moves_alike() {
+    let sheet = "[[cloth]]\nkind = \"sheet\"\nsize = [0.2, 0.2]\n[[pin]]\nselect = { corner = \"top-left\" }\n\
+                 [mesh]\nedge_length = 0.02\n";
+    for text in [KNIT, sheet] {
+        let exact = [("solver.precision", "f64"), ("solver.tolerance", "1e-10")];
+        let limit = ("solver.max_iterations", "20000");
+        let with = |product| {
+            let all = [exact[0], exact[1], limit, ("solver.product", product)];
+            build(text, &all).expect("a scene")
+        };
+        let free = with("matrix-free");
+        let a = run(&with("assembled"), 3, 1);
+        let b = run(&free, 3, 1);
+        assert!(b.plan().system.name().starts_with("matrix-free"));
+        let (p, q) = (&a.state().v, &b.state().v);
+        let size = p.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+        let apart = p.iter().zip(q).map(|(p, q)| (p - q).abs());
+        let apart = apart.fold(0.0, f64::max);
+        assert!(size > 0.0 && apart < 1e-7 * size, "{apart:e} of {size:e}");
+        assert!(b.state().q == run(&free, 3, 2).state().q);
+    }
 }
 
 /// The seven built-in charts and four weaves take steps.
