@@ -269,3 +269,23 @@ fn node_blocks_pay(#[values(1e-2, 1e-6)] tolerance: f64) {
     }
     assert!(node.iterations < 60 && 10 * node.iterations < jacobi.iterations);
 }
+
+/// Parts run together, with the same bits for any number of threads, and cost
+/// few iterations.
+#[test]
+fn parts_do_not_matter() {
+    let net = Net::crossing(30, 150);
+    let mut random = Random(23);
+    let a = net.matrix::<f32>(&mut random, 1.0, 1e4);
+    let b = random.vector(5 * net.points);
+    let filter = constraints(&net);
+    let of = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.expect("pool")
+            .install(|| solve(&a, Box::new(NodeIc::<f32>::default()), &b, &filter, 1e-3))
+    };
+    let (one, report) = of(1);
+    println!("{report:?}");
+    assert!(report.converged() && report.iterations < 60, "{report:?}");
+    assert!(one == of(2).0 && one == of(4).0);
+}

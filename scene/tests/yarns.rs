@@ -249,6 +249,33 @@ fn matrix_free_moves_alike() {
     }
 }
 
+/// Memory of the linear system with all that it keeps, for each point of a knit,
+/// by product, preconditioner and precision.
+#[test]
+fn bytes_a_point() {
+    let knit = "[[cloth]]\nkind = \"knit\"\nstitches = [16, 16]\n";
+    for (product, preconditioner, precision, limit) in [
+        ("assembled", "node-ic", "mixed", 4200),
+        ("assembled", "node-ic", "f64", 7200),
+        ("assembled", "node-jacobi", "mixed", 2000),
+        ("matrix-free", "node-jacobi", "mixed", 3200),
+    ] {
+        let built = build(
+            knit,
+            &[
+                ("solver.product", product),
+                ("solver.preconditioner", preconditioner),
+                ("solver.precision", precision),
+            ],
+        );
+        let simulation = run(&built.expect("a scene"), 1, 1);
+        let plan = simulation.plan();
+        let bytes = plan.system.heap_bytes() / plan.layout.points;
+        println!("{product} {preconditioner} {precision}: {bytes} bytes a point");
+        assert!(bytes > limit / 2 && bytes < limit, "{bytes}");
+    }
+}
+
 /// The seven built-in charts and four weaves take steps.
 #[test]
 fn everything_built_in_moves() {
