@@ -224,29 +224,31 @@ fn mistakes_are_named() {
 }
 
 /// Stencil by stencil or put together: the same motion but for rounding, the
-/// same bits for any number of threads, of yarns and of shells.
+/// same bits for any number of threads.
 #[test]
 fn matrix_free_moves_alike() {
-    let sheet = "[[cloth]]\nkind = \"sheet\"\nsize = [0.2, 0.2]\n[[pin]]\nselect = { corner = \"top-left\" }\n\
-                 [mesh]\nedge_length = 0.02\n";
-    for text in [KNIT, sheet] {
-        let exact = [("solver.precision", "f64"), ("solver.tolerance", "1e-10")];
-        let limit = ("solver.max_iterations", "20000");
-        let with = |product| {
-            let all = [exact[0], exact[1], limit, ("solver.product", product)];
-            build(text, &all).expect("a scene")
-        };
-        let free = with("matrix-free");
-        let a = run(&with("assembled"), 3, 1);
-        let b = run(&free, 3, 1);
-        assert!(b.plan().system.name().starts_with("matrix-free"));
-        let (p, q) = (&a.state().v, &b.state().v);
-        let size = p.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-        let apart = p.iter().zip(q).map(|(p, q)| (p - q).abs());
-        let apart = apart.fold(0.0, f64::max);
-        assert!(size > 0.0 && apart < 1e-7 * size, "{apart:e} of {size:e}");
-        assert!(b.state().q == run(&free, 3, 2).state().q);
-    }
+    // The same iteration, far below the bound: the systems of yarns amplify a
+    // residual by orders of magnitude.
+    let with = |product| {
+        let all = [
+            ("solver.precision", "f64"),
+            ("solver.tolerance", "1e-12"),
+            ("solver.preconditioner", "node-jacobi"),
+            ("solver.max_iterations", "20000"),
+            ("solver.product", product),
+        ];
+        build(KNIT, &all).expect("a scene")
+    };
+    let free = with("matrix-free");
+    let a = run(&with("assembled"), 3, 1);
+    let b = run(&free, 3, 1);
+    assert!(b.plan().system.name().starts_with("matrix-free"));
+    let (p, q) = (&a.state().v, &b.state().v);
+    let size = p.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let apart = p.iter().zip(q).map(|(p, q)| (p - q).abs());
+    let apart = apart.fold(0.0, f64::max);
+    assert!(size > 0.0 && apart < 1e-7 * size, "{apart:e} of {size:e}");
+    assert!(b.state().q == run(&free, 3, 2).state().q);
 }
 
 /// Memory of the linear system with all that it keeps, for each point of a knit,
