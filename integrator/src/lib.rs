@@ -35,4 +35,6 @@ pub use settings::{
 pub use simulation::{Counters, EndReason, Outcome, Simulation};
 pub use state::{Snapshot, State};
 pub use step::{Integrator, StepReport, StepRequest};
-pub use system::{BorderedSystem, DualSystem, Evaluation, NewtonSystem, ReassembledSystem};
+pub use system::{
+    BorderedSystem, DualSystem, Evaluation, MatrixFreeSystem, NewtonSystem, ReassembledSystem,
+};

@@ -2,10 +2,12 @@
 
 mod bordered;
 mod dual;
+mod matrix_free;
 mod reassembled;
 
 pub use bordered::BorderedSystem;
 pub use dual::DualSystem;
+pub use matrix_free::MatrixFreeSystem;
 pub use reassembled::ReassembledSystem;
 
 use selvedge_collision::ContactResponse;

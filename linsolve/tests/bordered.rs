@@ -101,7 +101,6 @@ fn random_bordered<T: Real>(
         a.points.stat.add_block(slot as usize, &block, 1.0);
     }
     a.points.dynamic = random_contacts(random, points, contacts);
-    a.finish();
     a
 }
 
@@ -198,7 +197,6 @@ fn nodes_in_one_block() {
     for s in 0..scalars as u32 {
         single[border.scalar_slot(s, s).expect("diagonal") as usize] = 9.0;
     }
-    a.finish();
     for i in 0..points {
         a.points.stat.add_diagonal(i, 3.0);
     }

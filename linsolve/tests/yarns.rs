@@ -116,7 +116,6 @@ impl Net {
                 }
             }
         }
-        a.finish();
         a
     }
 }
@@ -229,7 +228,6 @@ fn indefinite(#[values(0.0, -1.0, -30.0, -1e4)] value: f64, #[values(false, true
     } else {
         a.points.stat.add_diagonal(12, value - 400.0);
     }
-    a.finish();
     let mut p = NodeIc::<f64>::with_fill(0);
     match p.update(&a, &NoFilter) {
         Ok(()) => {
@@ -270,4 +268,24 @@ fn node_blocks_pay(#[values(1e-2, 1e-6)] tolerance: f64) {
         assert!(!other.converged() || node.iterations < other.iterations);
     }
     assert!(node.iterations < 60 && 10 * node.iterations < jacobi.iterations);
+}
+
+/// Parts run together, with the same bits for any number of threads, and cost
+/// few iterations.
+#[test]
+fn parts_do_not_matter() {
+    let net = Net::crossing(30, 150);
+    let mut random = Random(23);
+    let a = net.matrix::<f32>(&mut random, 1.0, 1e4);
+    let b = random.vector(5 * net.points);
+    let filter = constraints(&net);
+    let of = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.expect("pool")
+            .install(|| solve(&a, Box::new(NodeIc::<f32>::default()), &b, &filter, 1e-3))
+    };
+    let (one, report) = of(1);
+    println!("{report:?}");
+    assert!(report.converged() && report.iterations < 60, "{report:?}");
+    assert!(one == of(2).0 && one == of(4).0);
 }

@@ -89,7 +89,8 @@ fn places_of_mistakes() {
         (
             "[solver]\ntolerence = 1e-3\n",
             "s.toml:4:1: unknown key `tolerence` in `solver` (did you mean `tolerance`? known \
-             keys: kind, preconditioner, tolerance, forcing, max_iterations, precision, matrix)",
+             keys: kind, preconditioner, tolerance, forcing, max_iterations, precision, matrix, \
+             product)",
         ),
         (
             "[slover]\n",

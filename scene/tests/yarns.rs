@@ -43,6 +43,10 @@ fn run(built: &BuiltScene, steps: usize, threads: usize) -> Simulation {
 const KNIT: &str = "[[cloth]]\nkind = \"knit\"\nstitches = [10, 10]\n\
                     [simulation]\ngravity = [0, 0, 0]\n";
 
+const FREE: &str = "[[cloth]]\nkind = \"knit\"\nstitches = [10, 10]\n\
+                    [simulation]\ngravity = [0, 0, 0]\n\
+                    [solver]\nproduct = \"matrix-free\"\n";
+
 const WOVEN: &str = "[[cloth]]\nkind = \"woven\"\nyarns = [8, 9]\n\
                      yarn = \"weaving\"\n[[pin]]\nselect = { edge = \"left\" }\n";
 
@@ -201,6 +205,11 @@ fn mistakes_are_named() {
         (KNIT, ("solver.matrix", "reassembled"), "solver.matrix"),
         (KNIT, ("solver.kind", "refined"), "solver.kind"),
         (
+            FREE,
+            ("solver.preconditioner", "node-ic"),
+            "has no matrix to factor",
+        ),
+        (
             KNIT,
             ("cloth.0.chart", "feather-and-fan"),
             "feather-and-fan",
@@ -212,6 +221,61 @@ fn mistakes_are_named() {
     let both = format!("{KNIT}[[cloth]]\nkind = \"sheet\"\nsize = [0.1, 0.1]\n");
     let error = build(&both, &[]).err().unwrap_or_default();
     assert!(error.contains("is a shell"), "{error}");
+}
+
+/// Stencil by stencil or put together: the same motion but for rounding, the
+/// same bits for any number of threads.
+#[test]
+fn matrix_free_moves_alike() {
+    // The same iteration, far below the bound: the systems of yarns amplify a
+    // residual by orders of magnitude.
+    let with = |product| {
+        let all = [
+            ("solver.precision", "f64"),
+            ("solver.tolerance", "1e-12"),
+            ("solver.preconditioner", "node-jacobi"),
+            ("solver.max_iterations", "20000"),
+            ("solver.product", product),
+        ];
+        build(KNIT, &all).expect("a scene")
+    };
+    let free = with("matrix-free");
+    let a = run(&with("assembled"), 3, 1);
+    let b = run(&free, 3, 1);
+    assert!(b.plan().system.name().starts_with("matrix-free"));
+    let (p, q) = (&a.state().v, &b.state().v);
+    let size = p.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let apart = p.iter().zip(q).map(|(p, q)| (p - q).abs());
+    let apart = apart.fold(0.0, f64::max);
+    assert!(size > 0.0 && apart < 1e-7 * size, "{apart:e} of {size:e}");
+    assert!(b.state().q == run(&free, 3, 2).state().q);
+}
+
+/// Memory of the linear system with all that it keeps, for each point of a knit,
+/// by product, preconditioner and precision.
+#[test]
+fn bytes_a_point() {
+    let knit = "[[cloth]]\nkind = \"knit\"\nstitches = [16, 16]\n";
+    for (product, preconditioner, precision, limit) in [
+        ("assembled", "node-ic", "mixed", 4200),
+        ("assembled", "node-ic", "f64", 7200),
+        ("assembled", "node-jacobi", "mixed", 2000),
+        ("matrix-free", "node-jacobi", "mixed", 3200),
+    ] {
+        let built = build(
+            knit,
+            &[
+                ("solver.product", product),
+                ("solver.preconditioner", preconditioner),
+                ("solver.precision", precision),
+            ],
+        );
+        let simulation = run(&built.expect("a scene"), 1, 1);
+        let plan = simulation.plan();
+        let bytes = plan.system.heap_bytes() / plan.layout.points;
+        println!("{product} {preconditioner} {precision}: {bytes} bytes a point");
+        assert!(bytes > limit / 2 && bytes < limit, "{bytes}");
+    }
 }
 
 /// The seven built-in charts and four weaves take steps.

@@ -70,7 +70,7 @@ pub(super) fn touched(stencils: &impl Stencils, owners: &[u32]) -> Vec<u32> {
     out
 }
 
-/// Slots of the pairs of every stencil in the order of [`scatter`]: points'
+/// Slots of the pairs of every stencil in the order of [`LocalMatrices`]: points'
 /// blocks, couplings by rows of scalars, scalars' entries.
 pub(super) fn slots(stencils: &impl Stencils, patterns: Patterns<'_>) -> Vec<u32> {
     let dims = stencils.dims();
@@ -125,49 +125,65 @@ pub(super) fn add_local(
     }
 }
 
-/// Adds `scale ·` local matrices of a range to a matrix.
-fn scatter<T: Real, S: Sink<T>>(
-    stencils: &impl Stencils,
-    slots: &[u32],
-    range: Range<usize>,
-    local: &[f64],
-    scale: f64,
-    [blocks, coupling, scalars]: &mut [S; 3],
-) {
-    let dims = stencils.dims();
-    let m: usize = dims.iter().sum();
-    let each = slots_each(dims);
-    for (e, h) in range.zip(local.chunks_exact(m * m)) {
-        let mut slots = slots[e * each..(e + 1) * each].iter();
-        let mut row = 0;
-        for &di in dims {
-            let mut column = 0;
-            for &dj in dims {
-                let at = row * m + column;
-                match (di, dj) {
-                    (3, 3) => {
-                        let slot = slots.next().copied().unwrap_or_default();
-                        let line = |r: usize| {
-                            let from = at + r * m;
-                            [h[from], h[from + 1], h[from + 2]]
-                        };
-                        let block = [line(0), line(1), line(2)];
-                        blocks.add_block(slot as usize, &block, scale);
+/// Where local matrices go.
+pub(super) trait LocalMatrices<T: Real> {
+    /// Adds `scale ·` the local matrices of a range of stencils.
+    fn add(
+        &mut self,
+        stencils: &impl Stencils,
+        slots: &[u32],
+        range: Range<usize>,
+        local: &[f64],
+        scale: f64,
+    );
+}
+
+/// Points' blocks, couplings and scalars' entries of one matrix.
+impl<T: Real, S: Sink<T>> LocalMatrices<T> for [S; 3] {
+    fn add(
+        &mut self,
+        stencils: &impl Stencils,
+        slots: &[u32],
+        range: Range<usize>,
+        local: &[f64],
+        scale: f64,
+    ) {
+        let [blocks, coupling, scalars] = self;
+        let dims = stencils.dims();
+        let m: usize = dims.iter().sum();
+        let each = slots_each(dims);
+        for (e, h) in range.zip(local.chunks_exact(m * m)) {
+            let mut slots = slots[e * each..(e + 1) * each].iter();
+            let mut row = 0;
+            for &di in dims {
+                let mut column = 0;
+                for &dj in dims {
+                    let at = row * m + column;
+                    match (di, dj) {
+                        (3, 3) => {
+                            let slot = slots.next().copied().unwrap_or_default();
+                            let line = |r: usize| {
+                                let from = at + r * m;
+                                [h[from], h[from + 1], h[from + 2]]
+                            };
+                            let block = [line(0), line(1), line(2)];
+                            blocks.add_block(slot as usize, &block, scale);
+                        }
+                        (3, _) => {}
+                        (_, 3) => {
+                            let slot = slots.next().copied().unwrap_or_default();
+                            let line = [h[at], h[at + 1], h[at + 2]];
+                            coupling.add_point(slot as usize, &line, scale);
+                        }
+                        _ => {
+                            let slot = slots.next().copied().unwrap_or_default();
+                            scalars.add_value(slot as usize, h[at], scale);
+                        }
                     }
-                    (3, _) => {}
-                    (_, 3) => {
-                        let slot = slots.next().copied().unwrap_or_default();
-                        let line = [h[at], h[at + 1], h[at + 2]];
-                        coupling.add_point(slot as usize, &line, scale);
-                    }
-                    _ => {
-                        let slot = slots.next().copied().unwrap_or_default();
-                        scalars.add_value(slot as usize, h[at], scale);
-                    }
+                    column += dj;
                 }
-                column += dj;
+                row += di;
             }
-            row += di;
         }
     }
 }
@@ -187,7 +203,7 @@ impl MixedWork<'_> {
         range: Range<usize>,
         [g, h]: &mut [Vec<f64>; 2],
         out: &mut impl Sink<f64>,
-        matrix: &mut [impl Sink<T>; 3],
+        matrix: &mut impl LocalMatrices<T>,
     ) -> f64 {
         let (batch, at) = (self.batch, self.at);
         let m = batch.local_dim();
@@ -201,7 +217,7 @@ impl MixedWork<'_> {
             let scale = -at.dt * self.factor;
             add_local(&batch, at.layout.points, block.clone(), g, scale, out);
             let scale = at.dt * at.dt * self.factor;
-            scatter(&batch, self.slots, block, h, scale, matrix);
+            matrix.add(&batch, self.slots, block, h, scale);
         }
         value
     }
@@ -230,7 +246,7 @@ impl MassEvaluation<'_> {
         range: Range<usize>,
         [f, m]: &mut [Vec<f64>; 2],
         out: &mut impl Sink<f64>,
-        mut matrix: Option<&mut [impl Sink<T>; 3]>,
+        mut matrix: Option<&mut impl LocalMatrices<T>>,
     ) -> f64 {
         let n = self.batch.local_dim();
         f.resize(BLOCK * n, 0.0);
@@ -253,7 +269,7 @@ impl MassEvaluation<'_> {
             add_local(&self.batch, points, block.clone(), f, 1.0, out);
             if let Some(matrix) = matrix.as_deref_mut() {
                 let scale = 1.0 + self.dt * self.damping;
-                scatter(&self.batch, slots, block, m, scale, matrix);
+                matrix.add(&self.batch, slots, block, m, scale);
             }
         }
         kinetic

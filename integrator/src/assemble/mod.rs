@@ -1,5 +1,6 @@
 //! Evaluation of terms in chunks, and the scatter of their derivatives.
 
+mod elements;
 mod mixed;
 
 pub use mixed::MassEvaluation;
@@ -135,26 +136,27 @@ impl Assembler {
         })
     }
 
-    /// For terms of points and scalars, and inertia that couples unknowns.
+    /// For terms of points and scalars, and inertia that couples unknowns;
+    /// `patterns` add their matrix slots.
     pub(crate) fn mixed(
         terms: &[Term],
         mass: Option<&dyn MassBatch>,
-        patterns: Patterns<'_>,
+        (points, owners): (usize, &[u32]),
+        patterns: Option<Patterns<'_>>,
         options: AssemblyOptions,
     ) -> Result<Self, PlanError> {
         options.validate()?;
         let schedule = |stencils: &dyn Fn() -> (Vec<u32>, usize, Vec<u32>)| {
             let (touched, width, slots) = stencils();
             let groups = touched.chunks_exact(width.max(1));
-            Schedule::new(patterns.points.points(), groups, slots, options)
+            Schedule::new(points, groups, slots, options)
         };
-        let owners = patterns.border.owners();
         let of = |s: &dyn EnergyBatch| {
             schedule(&|| {
                 (
                     touched(&s, owners),
                     s.dims().len(),
-                    mixed::slots(&s, patterns),
+                    patterns.map_or_else(Vec::new, |p| mixed::slots(&s, p)),
                 )
             })
         };
@@ -166,7 +168,7 @@ impl Assembler {
                     (
                         touched(&s, owners),
                         s.dims().len(),
-                        mixed::slots(&s, patterns),
+                        patterns.map_or_else(Vec::new, |p| mixed::slots(&s, p)),
                     )
                 })
             }),

@@ -77,7 +77,7 @@ impl<T: Real> BorderedSystem<T> {
             points: &pattern,
             border: &border,
         };
-        let assembler = Assembler::mixed(terms, mass, patterns, options)?;
+        let assembler = Assembler::mixed(terms, mass, (points, owners), Some(patterns), options)?;
         let matrix = BorderedMatrix::zeros(Bsr::zeros(pattern), Arc::new(border));
         Ok(Self {
             assembler,
@@ -159,7 +159,6 @@ where
         ledger.time("assembly: contact", || {
             add_contacts(&mut matrix.points, contacts, dt2);
         });
-        ledger.time("assembly: transpose", || matrix.finish());
     }
 
     fn solve(

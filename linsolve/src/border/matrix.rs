@@ -21,8 +21,6 @@ pub struct BorderedMatrix<T: Real> {
     pattern: Arc<BorderPattern>,
     /// `C`, by rows of scalars.
     coupling: Vec<[T; 3]>,
-    /// The same values by rows of points, set by [`finish`](Self::finish).
-    transposed: Vec<[T; 3]>,
     /// `S`, both triangles.
     scalars: Vec<T>,
 }
@@ -37,7 +35,6 @@ impl<T: Real> BorderedMatrix<T> {
         Self {
             points: DualMatrix::new(points),
             coupling: vec![[T::ZERO; 3]; pattern.point_count()],
-            transposed: vec![[T::ZERO; 3]; pattern.point_count()],
             scalars: vec![T::ZERO; pattern.scalar_count()],
             pattern,
         }
@@ -57,30 +54,13 @@ impl<T: Real> BorderedMatrix<T> {
 
     /// Values of the points' blocks, the couplings (three for each
     /// [`point_slot`](BorderPattern::point_slot)) and the scalars' entries (one
-    /// for each [`scalar_slot`](BorderPattern::scalar_slot)), for assembly. Call
-    /// [`finish`](Self::finish) after it.
+    /// for each [`scalar_slot`](BorderPattern::scalar_slot)), for assembly.
     pub fn values_mut(&mut self) -> (&mut [T], &mut [T], &mut [T]) {
         (
             self.points.stat.values_mut(),
             self.coupling.as_flattened_mut(),
             &mut self.scalars,
         )
-    }
-
-    /// Ends an assembly: takes the couplings over into the points' rows.
-    pub fn finish(&mut self) {
-        let coupling = &self.coupling;
-        let data = (
-            self.pattern.transposed_entries(),
-            self.transposed.as_mut_slice(),
-        );
-        type Piece<'a, T> = (&'a [[u32; 2]], &'a mut [[T; 3]]);
-        tree(data, CHUNK, SERIAL, &|(entries, out): Piece<'_, T>| {
-            for (out, &[_, slot]) in out.iter_mut().zip(entries) {
-                *out = coupling[slot as usize];
-            }
-            []
-        });
     }
 
     /// Entry of a scalar's diagonal.
@@ -112,8 +92,8 @@ impl<T: Real> BorderedMatrix<T> {
         let entries = self.pattern.transposed_entries();
         for (k, y) in y.iter_mut().enumerate() {
             let row = self.pattern.transposed_row(first + k);
-            for (c, &[scalar, _]) in self.transposed[row.clone()].iter().zip(&entries[row]) {
-                let s = s[scalar as usize];
+            for &[scalar, slot] in &entries[row] {
+                let (c, s) = (&self.coupling[slot as usize], s[scalar as usize]);
                 for i in 0..3 {
                     y[i] = c[i].fma(s, y[i]);
                 }
@@ -154,9 +134,7 @@ impl<T: Real> BorderedMatrix<T> {
     pub fn heap_bytes(&self) -> usize {
         self.points.heap_bytes()
             + self.pattern.heap_bytes()
-            + (3 * (self.coupling.capacity() + self.transposed.capacity())
-                + self.scalars.capacity())
-                * size_of::<T>()
+            + (3 * self.coupling.capacity() + self.scalars.capacity()) * size_of::<T>()
     }
 }
 

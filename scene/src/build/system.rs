@@ -4,17 +4,18 @@ use selvedge_collision::{
     BroadPhase, BruteForce, BvhParry, CollisionBackend, HashGrid, ProximityBackend,
 };
 use selvedge_integrator::{
-    AssemblyOptions, BorderedSystem, DualSystem, Inertia, NewtonSystem, PlanError,
-    ReassembledSystem, Scatter, Term,
+    AssemblyOptions, BorderedSystem, DualSystem, Inertia, MatrixFreeSystem, NewtonSystem,
+    PlanError, ReassembledSystem, Scatter, Term,
 };
 use selvedge_linsolve::{
-    BlockFilter, Filter, LinearSolver, LinsolveError, MpcgSettings, NoFilter, Real, StopNorm, Sums,
-    solver_by_name,
+    BlockFilter, Filter, LinearSolver, LinsolveError, Mpcg, MpcgSettings, NoFilter, Real, StopNorm,
+    Sums, preconditioner_by_name, solver_by_name,
 };
 
 use crate::file::SceneFile;
 use crate::file::model::{
-    self, BroadPhaseKind, MatrixKind, Precision, PreconditionerKind, ResidualNormKind, SolverKind,
+    self, BroadPhaseKind, MatrixKind, Precision, PreconditionerKind, ProductKind, ResidualNormKind,
+    SolverKind,
 };
 
 /// Newton's matrix and solver as the scene names them.
@@ -58,8 +59,12 @@ where
     let masses = &inertia.masses;
     let of_yarns = inertia.coupled.is_some();
     let solver = solver::<T>(scene, inertia)?;
+    let mass = inertia.coupled.as_deref();
+    if scene.solver.product == ProductKind::MatrixFree {
+        let system = MatrixFreeSystem::new(masses.len(), owners, terms, mass, options, solver)?;
+        return Ok(Box::new(system));
+    }
     if of_yarns {
-        let mass = inertia.coupled.as_deref();
         let system = BorderedSystem::new(masses.len(), owners, terms, mass, options, solver)?;
         return Ok(Box::new(system));
     }
@@ -106,8 +111,10 @@ fn solver<T: Real>(
         SolverKind::Direct => "direct",
         SolverKind::Refined => "refined",
     };
+    let matrix_free = scene.solver.product == ProductKind::MatrixFree;
     let many = inertia.masses.len() >= MULTIGRID_FROM;
     let preconditioner = match scene.solver.preconditioner {
+        PreconditionerKind::Auto if matrix_free => "node-jacobi",
         PreconditionerKind::Auto if inertia.coupled.is_some() => "node-ic",
         PreconditionerKind::Auto if many => "multigrid",
         PreconditionerKind::Auto => "block-ic",
@@ -120,6 +127,11 @@ fn solver<T: Real>(
         PreconditionerKind::Chebyshev => "chebyshev",
         PreconditionerKind::Multigrid => "multigrid",
     };
+    if matrix_free {
+        // The rescue that comes with the name would factor a matrix.
+        let preconditioner = preconditioner_by_name(preconditioner)?;
+        return Ok(Box::new(Mpcg::new(preconditioner, settings)));
+    }
     solver_by_name::<T>(kind, preconditioner, settings)
 }
 

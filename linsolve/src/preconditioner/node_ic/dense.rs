@@ -4,22 +4,22 @@ use crate::Real;
 
 /// `c −= a bᵀ` with `a` of `m × k`, `b` of `n × k`.
 #[inline]
-pub(super) fn subtract_product(
+pub(super) fn subtract_product<T: Real>(
     c: &mut [f64],
     a: &[f64],
-    b: &[f64],
+    b: &[T],
     (m, n, k): (usize, usize, usize),
 ) {
     match (m, n, k) {
-        (3, 3, 3) => sized_product::<3, 3, 3>(c, a, b),
-        (4, 4, 4) => sized_product::<4, 4, 4>(c, a, b),
-        (5, 5, 5) => sized_product::<5, 5, 5>(c, a, b),
-        (6, 6, 6) => sized_product::<6, 6, 6>(c, a, b),
+        (3, 3, 3) => sized_product::<T, 3, 3, 3>(c, a, b),
+        (4, 4, 4) => sized_product::<T, 4, 4, 4>(c, a, b),
+        (5, 5, 5) => sized_product::<T, 5, 5, 5>(c, a, b),
+        (6, 6, 6) => sized_product::<T, 6, 6, 6>(c, a, b),
         _ => {
             for (a, b) in a.chunks_exact(m).zip(b.chunks_exact(n)) {
                 for (c, &b) in c.chunks_exact_mut(m).zip(b) {
                     for (c, &a) in c.iter_mut().zip(a) {
-                        *c = Real::fma(-a, b, *c);
+                        *c = Real::fma(-a, b.to_f64(), *c);
                     }
                 }
             }
@@ -28,13 +28,15 @@ pub(super) fn subtract_product(
 }
 
 #[inline(always)]
-fn sized_product<const M: usize, const N: usize, const K: usize>(
+fn sized_product<T: Real, const M: usize, const N: usize, const K: usize>(
     c: &mut [f64],
     a: &[f64],
-    b: &[f64],
+    b: &[T],
 ) {
     let c = &mut c.as_chunks_mut::<M>().0[..N];
     let (a, b) = (&a.as_chunks::<M>().0[..K], &b.as_chunks::<N>().0[..K]);
+    // widened together, not number by number
+    let b: [[f64; N]; K] = std::array::from_fn(|k| b[k].map(T::to_f64));
     for c_of in 0..N {
         let mut sum = c[c_of];
         for k in 0..K {
@@ -47,17 +49,42 @@ fn sized_product<const M: usize, const N: usize, const K: usize>(
 }
 
 /// `s ← s L⁻ᵀ` for `s` of `m × n` from the packed inverse of `L`.
-pub(super) fn right_solve(s: &mut [f64], inverse: &[f64], m: usize, n: usize) {
+pub(super) fn right_solve<T: Real>(s: &mut [f64], inverse: &[T], m: usize, n: usize) {
+    match m {
+        3 => sized_solve::<T, 3>(s, inverse, n),
+        4 => sized_solve::<T, 4>(s, inverse, n),
+        5 => sized_solve::<T, 5>(s, inverse, n),
+        6 => sized_solve::<T, 6>(s, inverse, n),
+        _ => {
+            for c in (0..n).rev() {
+                let row = &inverse[c * (c + 1) / 2..][..=c];
+                let (before, own) = s.split_at_mut(c * m);
+                for r in 0..m {
+                    let mut sum = row[c].to_f64() * own[r];
+                    for k in 0..c {
+                        sum = Real::fma(row[k].to_f64(), before[k * m + r], sum);
+                    }
+                    own[r] = sum;
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn sized_solve<T: Real, const M: usize>(s: &mut [f64], inverse: &[T], n: usize) {
+    let s = &mut s.as_chunks_mut::<M>().0[..n];
     for c in (0..n).rev() {
         let row = &inverse[c * (c + 1) / 2..][..=c];
-        let (before, own) = s.split_at_mut(c * m);
-        for r in 0..m {
-            let mut sum = row[c] * own[r];
-            for k in 0..c {
-                sum = Real::fma(row[k], before[k * m + r], sum);
+        let own = row[c].to_f64();
+        let mut sum = s[c].map(|v| own * v);
+        for (l, s) in row.iter().zip(&s[..c]) {
+            let l = l.to_f64();
+            for r in 0..M {
+                sum[r] = Real::fma(l, s[r], sum[r]);
             }
-            own[r] = sum;
         }
+        s[c] = sum;
     }
 }
 

@@ -1,12 +1,17 @@
 //! Incomplete Cholesky by blocks of points with their scalars.
 
 mod dense;
+mod factor;
+mod parts;
 mod plan;
+mod sweep;
 
 use super::block_ic::{FIRST_SHIFT, LAST_SHIFT};
 use super::{Preconditioner, diagonal::positive_inverse, filtered_diagonal};
-use crate::{BlockFilter, ExplicitOperator, Filter, LinearOperator, LinsolveError, Real};
-use plan::{NONE, Plan};
+use crate::{ExplicitOperator, Filter, LinearOperator, LinsolveError, Real};
+use factor::{Source, held};
+use plan::Plan;
+use sweep::Sweep;
 
 /// Node IC: name `"node-ic"`.
 ///
@@ -30,31 +35,22 @@ use plan::{NONE, Plan};
 /// `s |A_kk|`, `s = 1e-3` and doubling. The filter enters as `S_i A_ij S_j` and
 /// `m̄ (I − S_i)` on the diagonal; fixed scalars get `m̄`.
 ///
-/// Factorisation is in double precision. It and the solve run on one thread: in
-/// Cuthill–McKee order the rows that could run together are few.
+/// Rows are eliminated in double precision and kept in `T`. The points' order is
+/// dissected into parts that do not couple, and separators behind them (at least
+/// 512 nodes a part, at most 64 parts): the parts run together, and the result
+/// is the same for any number of threads. Few points keep their order.
 #[derive(Debug, Clone)]
 pub struct NodeIc<T> {
     level: usize,
     plan: Plan,
     pattern: Option<(u64, u64)>,
-    /// Off-diagonal blocks at the plan's offsets; diagonal ones are unused.
+    /// Rows of the factor at the plan's places.
     factor: Vec<T>,
-    /// Packed inverse of every `L_ii`.
-    inverses: Vec<T>,
     /// Of scalars without a point.
     scalar_inverse: Vec<T>,
     /// Current vector, node by node.
     vector: Vec<T>,
     shift: f64,
-    work: Work,
-}
-
-/// Matrix and factor in double precision, kept between updates.
-#[derive(Debug, Clone, Default)]
-struct Work {
-    matrix: Vec<f64>,
-    factor: Vec<f64>,
-    inverses: Vec<f64>,
     blocks: Vec<[f64; 9]>,
     scalars: Vec<f64>,
 }
@@ -77,11 +73,11 @@ impl<T: Real> NodeIc<T> {
             plan: Plan::default(),
             pattern: None,
             factor: Vec::new(),
-            inverses: Vec::new(),
             scalar_inverse: Vec::new(),
             vector: Vec::new(),
             shift: 0.0,
-            work: Work::default(),
+            blocks: Vec::new(),
+            scalars: Vec::new(),
         }
     }
 
@@ -92,7 +88,7 @@ impl<T: Real> NodeIc<T> {
 
     /// Number of node blocks in the factor.
     pub fn block_count(&self) -> usize {
-        self.plan.rows.len()
+        self.plan.columns.len() + self.plan.points.len()
     }
 }
 
@@ -106,34 +102,41 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
         a: &dyn ExplicitOperator<T>,
         filter: &dyn Filter<T>,
     ) -> Result<(), LinsolveError> {
-        let w = &mut self.work;
-        let mean = filtered_diagonal(a, filter, &mut w.blocks, &mut w.scalars)?;
-        let (points, border) = (a.static_part().pattern(), a.border());
-        let pattern = (points.id(), border.map_or(0, |b| b.id()));
+        let mean = filtered_diagonal(a, filter, &mut self.blocks, &mut self.scalars)?;
+        let (points, border) = (a.static_part(), a.border());
+        let pattern = (points.pattern().id(), border.map_or(0, |b| b.id()));
         if self.pattern != Some(pattern) {
-            self.plan = Plan::new(points, border, self.level);
+            self.plan = Plan::new(points.pattern(), border, self.level);
             self.pattern = Some(pattern);
+            let values = self.plan.values.last().map_or(0, |&n| n as usize);
+            self.factor = vec![T::ZERO; values];
         }
-        w.gather(&self.plan, a, filter.as_blocks());
-        self.shift = 0.0;
-        while !w.factorise(&self.plan, self.shift) {
-            self.shift = (2.0 * self.shift).max(FIRST_SHIFT);
-            if self.shift > LAST_SHIFT {
+        let held = held(&self.plan, filter.as_blocks());
+        let mut source = Source {
+            plan: &self.plan,
+            points,
+            border,
+            values: a.border_values(),
+            blocks: &self.blocks,
+            scalars: &self.scalars,
+            filter: filter.as_blocks(),
+            held: &held,
+            shift: 0.0,
+        };
+        let whole = self.plan.parts.len() - 1;
+        while !source.part(whole, &mut self.factor) {
+            source.shift = (2.0 * source.shift).max(FIRST_SHIFT);
+            if source.shift > LAST_SHIFT {
                 return Err(LinsolveError::ShiftExhausted {
                     method: "node-ic",
                     shift: LAST_SHIFT,
                 });
             }
         }
-        let round = |to: &mut Vec<T>, from: &[f64]| {
-            to.clear();
-            to.extend(from.iter().map(|&v| T::from_f64(v)));
-        };
-        round(&mut self.factor, &w.factor);
-        round(&mut self.inverses, &w.inverses);
+        self.shift = source.shift;
         self.scalar_inverse.clear();
         if border.is_none() {
-            let inverse = w.scalars.iter().map(|&d| positive_inverse(d, mean));
+            let inverse = self.scalars.iter().map(|&d| positive_inverse(d, mean));
             self.scalar_inverse.extend(inverse.map(T::from_f64));
         }
         Ok(())
@@ -141,50 +144,21 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
 
     fn apply(&mut self, _: &dyn LinearOperator<T>, r: &[T], z: &mut [T]) {
         let plan = &self.plan;
-        let n = plan.nodes();
-        let mut vector = std::mem::take(&mut self.vector);
-        vector.resize(plan.first.last().map_or(0, |&l| l as usize), T::ZERO);
-        let y = vector.as_mut_slice();
-        for p in 0..n {
-            let (first, size) = (plan.first[p] as usize, plan.size(p));
-            let scalars = first - 3 * p + 3 * n;
-            y[first..first + 3].copy_from_slice(&r[3 * p..3 * p + 3]);
-            y[first + 3..first + size].copy_from_slice(&r[scalars..scalars + size - 3]);
+        let sweep = Sweep {
+            plan,
+            factor: &self.factor,
+        };
+        let whole = plan.parts.len() - 1;
+        self.vector
+            .resize(plan.first.last().map_or(0, |&l| l as usize), T::ZERO);
+        sweep.forward(whole, r, &mut self.vector);
+        sweep.backward(whole, &mut self.vector);
+        for i in 0..plan.points.len() {
+            let y = &self.vector[plan.first[i] as usize..plan.first[i + 1] as usize];
+            let (point, scalars) = plan.unknowns(i);
+            z[point].copy_from_slice(&y[..3]);
+            z[scalars].copy_from_slice(&y[3..]);
         }
-        let mut at = 0;
-        for p in 0..n {
-            let (done, rest) = y.split_at_mut(plan.first[p + 1] as usize);
-            let own = &mut done[plan.first[p] as usize..];
-            let packed = own.len() * (own.len() + 1) / 2;
-            dense::lower_times(&self.inverses[at..at + packed], own);
-            at += packed;
-            for k in plan.below(p) {
-                let i = plan.rows[k] as usize;
-                let from = (plan.first[i] - plan.first[p + 1]) as usize;
-                let other = &mut rest[from..from + plan.size(i)];
-                dense::subtract_times(&self.factor[plan.values(k)], own, other);
-            }
-        }
-        for p in (0..n).rev() {
-            let (done, rest) = y.split_at_mut(plan.first[p + 1] as usize);
-            let own = &mut done[plan.first[p] as usize..];
-            for k in plan.below(p) {
-                let i = plan.rows[k] as usize;
-                let from = (plan.first[i] - plan.first[p + 1]) as usize;
-                let other = &rest[from..from + plan.size(i)];
-                dense::subtract_transposed(&self.factor[plan.values(k)], other, own);
-            }
-            let packed = own.len() * (own.len() + 1) / 2;
-            at -= packed;
-            dense::upper_times(&self.inverses[at..at + packed], own);
-        }
-        for p in 0..n {
-            let (first, size) = (plan.first[p] as usize, plan.size(p));
-            let scalars = first - 3 * p + 3 * n;
-            z[3 * p..3 * p + 3].copy_from_slice(&y[first..first + 3]);
-            z[scalars..scalars + size - 3].copy_from_slice(&y[first + 3..first + size]);
-        }
-        self.vector = vector;
         let cut = z.len() - self.scalar_inverse.len();
         for ((z, &r), &d) in z[cut..].iter_mut().zip(&r[cut..]).zip(&self.scalar_inverse) {
             *z = d * r;
@@ -192,160 +166,8 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
     }
 
     fn heap_bytes(&self) -> usize {
-        let w = &self.work;
-        let of_t = self.factor.capacity()
-            + self.inverses.capacity()
-            + self.scalar_inverse.capacity()
-            + self.vector.capacity();
-        let of_f64 = w.matrix.capacity()
-            + w.factor.capacity()
-            + w.inverses.capacity()
-            + w.scalars.capacity()
-            + 9 * w.blocks.capacity();
+        let of_t = self.factor.capacity() + self.scalar_inverse.capacity() + self.vector.capacity();
+        let of_f64 = self.scalars.capacity() + 9 * self.blocks.capacity();
         size_of::<T>() * of_t + 8 * of_f64 + self.plan.heap_bytes()
-    }
-}
-
-impl Work {
-    /// Lower node blocks of `S A S + m̄ (I − S)`, the diagonal ones full below.
-    fn gather<T: Real>(
-        &mut self,
-        plan: &Plan,
-        a: &dyn ExplicitOperator<T>,
-        filter: Option<&BlockFilter>,
-    ) {
-        self.matrix.clear();
-        let values = plan.offsets.last().map_or(0, |&l| l as usize);
-        self.matrix.resize(values, 0.0);
-        let m = &mut self.matrix;
-        let blocks = a.static_part().blocks();
-        for place in &plan.of_points {
-            let (block, stride) = (&blocks[place.slot as usize], place.stride as usize);
-            for (c, column) in block.chunks_exact(3).enumerate() {
-                for (r, &v) in column.iter().enumerate() {
-                    m[place.at as usize + c * stride + r] = v.to_f64();
-                }
-            }
-        }
-        let (couplings, scalars) = a.border_values();
-        for place in &plan.of_couplings {
-            for (c, v) in couplings[place.slot as usize].iter().enumerate() {
-                m[place.at as usize + c * place.stride as usize] = v.to_f64();
-            }
-        }
-        for place in &plan.of_scalars {
-            m[place.at as usize] = scalars[place.slot as usize].to_f64();
-        }
-        if let Some(filter) = filter.filter(|f| !f.is_empty()) {
-            constrain(m, plan, filter);
-        }
-        // Last, since these are filtered already and hold the contacts.
-        for (p, block) in self.blocks.iter().enumerate() {
-            let (n, at) = (plan.size(p), plan.offsets[plan.starts[p] as usize] as usize);
-            for (k, &v) in block.iter().enumerate() {
-                m[at + k % 3 * n + k / 3] = v;
-            }
-            let first = plan.first[p] as usize - 3 * p;
-            for k in 3..n {
-                m[at + k * n + k] = self.scalars[first + k - 3];
-            }
-        }
-    }
-
-    /// False when a pivot is not positive.
-    fn factorise(&mut self, plan: &Plan, shift: f64) -> bool {
-        self.factor.clone_from(&self.matrix);
-        self.inverses.clear();
-        let mut scale = Vec::new();
-        for p in 0..plan.nodes() {
-            let n = plan.size(p);
-            let at = plan.offsets[plan.starts[p] as usize] as usize;
-            scale.clear();
-            scale.extend((0..n).map(|k| self.matrix[at + k * n + k].abs()));
-            let diagonal = &mut self.factor[at..at + n * n];
-            for k in 0..n {
-                diagonal[k * n + k] += shift * scale[k];
-            }
-            let first = self.inverses.len();
-            self.inverses.resize(first + n * (n + 1) / 2, 0.0);
-            let inverse = &mut self.inverses[first..];
-            if !dense::factorise(diagonal, n, &scale, inverse) {
-                return false;
-            }
-            let below = plan.below(p);
-            for k in below.clone() {
-                let m = plan.size(plan.rows[k] as usize);
-                dense::right_solve(&mut self.factor[plan.values(k)], inverse, m, n);
-            }
-            // Columns lie one after the other: those to update are behind.
-            let cut = plan.offsets[below.end] as usize;
-            let (done, rest) = self.factor.split_at_mut(cut);
-            let mut targets = plan.targets[plan.target_starts[p]..].iter();
-            for a in below.clone() {
-                for (b, &target) in (below.start..=a).zip(&mut targets) {
-                    if target == NONE {
-                        continue;
-                    }
-                    let sizes = [a, b].map(|k| plan.size(plan.rows[k] as usize));
-                    let to = plan.values(target as usize);
-                    dense::subtract_product(
-                        &mut rest[to.start - cut..to.end - cut],
-                        &done[plan.values(a)],
-                        &done[plan.values(b)],
-                        (sizes[0], sizes[1], n),
-                    );
-                }
-            }
-        }
-        true
-    }
-}
-
-/// `S_i A_ij S_j` on all blocks; rows and columns of fixed scalars vanish.
-fn constrain(m: &mut [f64], plan: &Plan, filter: &BlockFilter) {
-    let nodes = plan.nodes();
-    let fixed: Vec<Vec<usize>> = (0..nodes)
-        .map(|p| {
-            let first = 3 * nodes + plan.first[p] as usize - 3 * p;
-            let all = 3..plan.size(p);
-            all.filter(|k| filter.is_scalar_fixed((first + k - 3) as u32))
-                .collect()
-        })
-        .collect();
-    let times = |s: &[f64; 9], v: [f64; 3]| -> [f64; 3] {
-        std::array::from_fn(|k| s[3 * k] * v[0] + s[3 * k + 1] * v[1] + s[3 * k + 2] * v[2])
-    };
-    for p in 0..nodes {
-        let of_column = filter.projector(p as u32);
-        for k in plan.starts[p] as usize..plan.starts[p + 1] as usize {
-            let i = plan.rows[k] as usize;
-            let rows = plan.size(i);
-            let block = &mut m[plan.values(k)];
-            if let Some(s) = filter.projector(i as u32) {
-                for column in block.chunks_exact_mut(rows) {
-                    let v = times(s, [column[0], column[1], column[2]]);
-                    column[..3].copy_from_slice(&v);
-                }
-            }
-            if let Some(s) = of_column {
-                for r in 0..rows {
-                    let at = [r, rows + r, 2 * rows + r];
-                    let v = times(s, at.map(|at| block[at]));
-                    for (at, v) in at.into_iter().zip(v) {
-                        block[at] = v;
-                    }
-                }
-            }
-            for &r in &fixed[i] {
-                block
-                    .iter_mut()
-                    .skip(r)
-                    .step_by(rows)
-                    .for_each(|v| *v = 0.0);
-            }
-            for &c in &fixed[p] {
-                block[c * rows..(c + 1) * rows].fill(0.0);
-            }
-        }
     }
 }

@@ -1,221 +1,167 @@
-//! Where the blocks of a factor lie, and which updates make it.
+//! Order of elimination, and where the blocks of a factor lie.
 
+use std::ops::Range;
+
+use super::parts::{Part, dissect};
 use crate::{BorderPattern, Pattern};
 
-/// A target that does not exist.
-pub(super) const NONE: u32 = u32::MAX;
-
-/// Lower triangle of node blocks by columns, the diagonal block first.
+/// Lower triangle of node blocks by rows, in the order of elimination.
+///
+/// *Places* number the nodes in that order. The values of a row are its strictly
+/// lower blocks, columns ascending, then the packed inverse of its diagonal
+/// block.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Plan {
-    /// First unknown of every node in node order, and their number.
+    /// Point at every place.
+    pub points: Vec<u32>,
+    /// Place of every point.
+    pub places: Vec<u32>,
+    /// First unknown of every place in node order, and their number.
     pub first: Vec<u32>,
-    /// Blocks of every column; `starts[p]` is the diagonal block.
+    /// First scalar of every place's point.
+    pub scalars: Vec<u32>,
+    /// Strictly lower blocks of every row.
     pub starts: Vec<u32>,
-    pub rows: Vec<u32>,
-    /// First value of every block, column by column, and their number.
-    pub offsets: Vec<u32>,
-    /// For every column and every pair `a ≥ b` of its lower blocks, the block
-    /// that `L_a L_bᵀ` updates, or [`NONE`].
-    pub targets: Vec<u32>,
-    pub target_starts: Vec<usize>,
-    /// Where the strictly lower slots of the points' pattern go.
-    pub of_points: Vec<Place>,
-    /// Where the scalars' slots go: 1×3 with points, single ones.
-    pub of_couplings: Vec<Place>,
-    pub of_scalars: Vec<Place>,
-}
-
-/// Slot of a matrix, first value of a block entry and the distance between its
-/// columns.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Place {
-    pub slot: u32,
-    pub at: u32,
-    pub stride: u32,
+    pub columns: Vec<u32>,
+    /// First value of every row, and their number.
+    pub values: Vec<u32>,
+    /// What can be eliminated side by side; the last one is the whole.
+    pub parts: Vec<Part>,
 }
 
 impl Plan {
     /// `level` of fill: an entry that elimination makes from entries of levels
     /// `a` and `b` has level `a + b + 1`, and is kept up to `level`.
     pub(super) fn new(points: &Pattern, border: Option<&BorderPattern>, level: usize) -> Self {
-        let n = points.points();
-        let owned = |p: usize| border.map_or(0..0, |b| b.owned(p));
+        let adjacent = neighbours(points, border);
+        let n = adjacent.len();
+        let (order, parts) = dissect(&adjacent);
+        let mut places = vec![0; n];
+        for (place, &p) in order.iter().enumerate() {
+            places[p as usize] = place as u32;
+        }
         let mut plan = Self {
-            first: (0..n).map(|p| (3 * p + owned(p).start) as u32).collect(),
+            points: order,
+            places,
+            parts,
+            first: vec![0],
+            starts: vec![0],
+            values: vec![0],
             ..Self::default()
         };
-        plan.first
-            .push((3 * n + border.map_or(0, BorderPattern::scalars)) as u32);
-        plan.number(&columns(points, border, level));
-        plan.pair();
-        for i in 0..n {
-            for slot in points.row(i).start..points.diagonal_slot(i) as usize {
-                let j = points.all_columns()[slot] as usize;
-                plan.of_points.extend(plan.place(slot, i, 0, j, 0));
-            }
+        let mut at = 0;
+        for &p in &plan.points {
+            let owned = border.map_or(0..0, |b| b.owned(p as usize));
+            at += 3 + owned.len() as u32;
+            plan.first.push(at);
+            plan.scalars.push(owned.start as u32);
         }
-        let Some(border) = border else {
-            return plan;
-        };
-        let local = |s: usize| 3 + s - border.owned(border.owners()[s] as usize).start;
-        for (s, &i) in border.owners().iter().enumerate() {
-            let i = i as usize;
-            for slot in border.point_row(s) {
-                let p = border.point_columns()[slot] as usize;
-                let place = if p <= i {
-                    plan.place(slot, i, local(s), p, 0)
-                } else {
-                    // a column of a block instead of a row
-                    let place = plan.place(slot, p, 0, i, local(s));
-                    place.map(|place| Place { stride: 1, ..place })
-                };
-                plan.of_couplings.extend(place);
-            }
-            for slot in border.scalar_row(s) {
-                let t = border.scalar_columns()[slot] as usize;
-                if t <= s {
-                    let j = border.owners()[t] as usize;
-                    let place = plan.place(slot, i, local(s), j, local(t));
-                    plan.of_scalars.extend(place);
-                }
-            }
-        }
+        plan.fill(&adjacent, level);
         plan
     }
 
-    /// Number of nodes.
-    pub(super) fn nodes(&self) -> usize {
-        self.first.len().saturating_sub(1)
-    }
-
-    /// Unknowns of a node.
+    /// Unknowns of a place.
     #[inline(always)]
-    pub(super) fn size(&self, node: usize) -> usize {
-        (self.first[node + 1] - self.first[node]) as usize
+    pub(super) fn size(&self, place: usize) -> usize {
+        (self.first[place + 1] - self.first[place]) as usize
     }
 
-    /// Strictly lower blocks of a column.
+    /// Places of the point and of the scalars of a place in a vector of unknowns.
     #[inline(always)]
-    pub(super) fn below(&self, column: usize) -> std::ops::Range<usize> {
-        self.starts[column] as usize + 1..self.starts[column + 1] as usize
+    pub(super) fn unknowns(&self, place: usize) -> (Range<usize>, Range<usize>) {
+        let point = 3 * self.points[place] as usize;
+        let scalars = 3 * self.points.len() + self.scalars[place] as usize;
+        (point..point + 3, scalars..scalars + self.size(place) - 3)
     }
 
-    /// Values of a block.
+    /// Columns of the strictly lower blocks of a row.
     #[inline(always)]
-    pub(super) fn values(&self, block: usize) -> std::ops::Range<usize> {
-        self.offsets[block] as usize..self.offsets[block + 1] as usize
+    pub(super) fn row(&self, place: usize) -> &[u32] {
+        &self.columns[self.starts[place] as usize..self.starts[place + 1] as usize]
     }
 
-    fn number(&mut self, columns: &[Vec<u32>]) {
-        self.starts.push(0);
-        self.offsets.push(0);
-        let mut at = 0;
-        for (p, column) in columns.iter().enumerate() {
-            for &i in column {
-                self.rows.push(i);
-                at += self.size(i as usize) * self.size(p);
-                self.offsets
-                    .push(u32::try_from(at).expect("fewer than 2^32 values"));
+    /// The rows with their levels of fill.
+    fn fill(&mut self, adjacent: &[Vec<u32>], level: usize) {
+        let n = adjacent.len();
+        // strictly lower blocks by columns with their levels, as far as known
+        let mut below: Vec<Vec<(u32, u32)>> = vec![Vec::new(); n];
+        let mut of = vec![u32::MAX; n];
+        let level = level.try_into().unwrap_or(u32::MAX - 1);
+        let mut values = 0usize;
+        for i in 0..n {
+            let near = &adjacent[self.points[i] as usize];
+            let near = near.iter().map(|&q| self.places[q as usize]);
+            let mut row: std::collections::BTreeSet<u32> =
+                near.filter(|&k| (k as usize) < i).collect();
+            for &k in &row {
+                of[k as usize] = 0;
             }
-            self.starts.push(self.rows.len() as u32);
-        }
-    }
-
-    fn pair(&mut self) {
-        self.target_starts.push(0);
-        for p in 0..self.nodes() {
-            for a in self.below(p) {
-                for b in self.below(p).start..=a {
-                    let found = self.block(self.rows[a], self.rows[b] as usize);
-                    self.targets.push(found.unwrap_or(NONE));
+            let mut next = row.first().copied();
+            while let Some(k) = next {
+                let above = of[k as usize];
+                if level > 0 {
+                    // rows after i are not there yet
+                    for &(j, l) in &below[k as usize] {
+                        let made = above.saturating_add(l).saturating_add(1);
+                        if made <= level && made < of[j as usize] {
+                            of[j as usize] = made;
+                            row.insert(j);
+                        }
+                    }
                 }
+                next = row.range(k + 1..).next().copied();
             }
-            self.target_starts.push(self.targets.len());
+            let size = self.size(i);
+            for &k in &row {
+                below[k as usize].push((i as u32, of[k as usize]));
+                of[k as usize] = u32::MAX;
+                values += size * self.size(k as usize);
+                self.columns.push(k);
+            }
+            values += size * (size + 1) / 2;
+            let counted = |n: usize| u32::try_from(n).expect("fewer than 2^32 values");
+            self.starts.push(counted(self.columns.len()));
+            self.values.push(counted(values));
         }
-    }
-
-    fn block(&self, row: u32, column: usize) -> Option<u32> {
-        let from = self.starts[column];
-        let rows = &self.rows[from as usize..self.starts[column + 1] as usize];
-        rows.binary_search(&row).ok().map(|k| from + k as u32)
-    }
-
-    fn place(&self, slot: usize, i: usize, r: usize, j: usize, c: usize) -> Option<Place> {
-        let block = self.block(i as u32, j)?;
-        let stride = self.size(i);
-        Some(Place {
-            slot: slot as u32,
-            at: self.offsets[block as usize] + (c * stride + r) as u32,
-            stride: stride as u32,
-        })
+        self.columns.shrink_to_fit();
     }
 
     pub(super) fn heap_bytes(&self) -> usize {
-        let places = [&self.of_points, &self.of_couplings, &self.of_scalars];
         let words = [
+            &self.points,
+            &self.places,
             &self.first,
+            &self.scalars,
             &self.starts,
-            &self.rows,
-            &self.offsets,
-            &self.targets,
+            &self.columns,
+            &self.values,
         ];
-        12 * places.iter().map(|p| p.capacity()).sum::<usize>()
-            + 4 * words.iter().map(|w| w.capacity()).sum::<usize>()
-            + 8 * self.target_starts.capacity()
+        4 * words.iter().map(|w| w.capacity()).sum::<usize>()
+            + size_of::<Part>() * self.parts.capacity()
     }
 }
 
-/// Rows of every column of the lower triangle, the diagonal first.
-fn columns(points: &Pattern, border: Option<&BorderPattern>, level: usize) -> Vec<Vec<u32>> {
-    let n = points.points();
-    // strictly lower rows: the 3×3 pattern and the scalars' couplings by owner
-    let mut rows: Vec<Vec<u32>> = (0..n)
-        .map(|i| {
-            let below = points.row(i).start..points.diagonal_slot(i) as usize;
-            points.all_columns()[below].to_vec()
-        })
+/// The nodes that every node couples with, ascending: by the points' pattern,
+/// and by scalars through their owners.
+fn neighbours(points: &Pattern, border: Option<&BorderPattern>) -> Vec<Vec<u32>> {
+    let mut near: Vec<Vec<u32>> = (0..points.points())
+        .map(|i| points.all_columns()[points.row(i)].to_vec())
         .collect();
     if let Some(border) = border {
         for (s, &i) in border.owners().iter().enumerate() {
-            let of_points = &border.point_columns()[border.point_row(s)];
-            let of_scalars = &border.scalar_columns()[border.scalar_row(s)];
-            let owners = of_scalars.iter().map(|&t| border.owners()[t as usize]);
-            for j in of_points.iter().copied().chain(owners) {
-                if i != j {
-                    rows[i.max(j) as usize].push(i.min(j));
-                }
+            let of_points = border.point_columns()[border.point_row(s)].iter();
+            let of_scalars = border.scalar_columns()[border.scalar_row(s)].iter();
+            let owners = of_scalars.map(|&t| border.owners()[t as usize]);
+            for j in of_points.copied().chain(owners) {
+                near[i as usize].push(j);
+                near[j as usize].push(i);
             }
         }
     }
-    let mut out: Vec<Vec<u32>> = (0..n as u32).map(|p| vec![p]).collect();
-    let mut levels: Vec<Vec<usize>> = vec![vec![0]; n];
-    let mut of = vec![usize::MAX; n];
-    for i in 0..n {
-        let mut row: std::collections::BTreeSet<u32> = rows[i].iter().copied().collect();
-        for &j in &row {
-            of[j as usize] = 0;
-        }
-        let mut next = row.first().copied();
-        while let Some(k) = next {
-            let above = of[k as usize];
-            if level > 0 {
-                // later rows of column k are not there yet: all are below i
-                for (&j, &l) in out[k as usize][1..].iter().zip(&levels[k as usize][1..]) {
-                    let made = above + l + 1;
-                    if made <= level && made < of[j as usize] {
-                        of[j as usize] = made;
-                        row.insert(j);
-                    }
-                }
-            }
-            next = row.range(k + 1..).next().copied();
-        }
-        for &j in &row {
-            out[j as usize].push(i as u32);
-            levels[j as usize].push(of[j as usize]);
-            of[j as usize] = usize::MAX;
-        }
+    for (i, near) in near.iter_mut().enumerate() {
+        near.sort_unstable();
+        near.dedup();
+        near.retain(|&j| j as usize != i);
     }
-    out
+    near
 }

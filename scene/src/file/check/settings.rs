@@ -1,6 +1,6 @@
 //! Settings that have to go together.
 
-use super::super::model::{MatrixKind, Precision, SolverKind};
+use super::super::model::{MatrixKind, Precision, PreconditionerKind, ProductKind, SolverKind};
 use super::super::suggest::show;
 use super::Check;
 
@@ -8,6 +8,44 @@ use super::Check;
 const MOST_STEPS: f64 = 1e9;
 
 impl Check<'_> {
+    /// Nothing that reads a matrix goes with one that does not exist.
+    fn matrix_free(&mut self) {
+        let solver = &self.scene.solver;
+        let fits = matches!(
+            solver.preconditioner,
+            PreconditionerKind::Auto
+                | PreconditionerKind::None
+                | PreconditionerKind::Diagonal
+                | PreconditionerKind::BlockJacobi
+                | PreconditionerKind::NodeJacobi
+                | PreconditionerKind::Chebyshev
+        );
+        if solver.kind != SolverKind::Cg {
+            self.error(
+                "scene::solver",
+                "solver.kind",
+                "`solver.product` = \"matrix-free\" needs `solver.kind` = \"cg\"",
+                "`solver.kind = \"cg\"`",
+            );
+        }
+        if !fits {
+            self.error(
+                "scene::solver",
+                "solver.preconditioner",
+                "`solver.product` = \"matrix-free\" has no matrix to factor",
+                "\"auto\", \"node-jacobi\", \"block-jacobi\", \"diagonal\", \"none\" or \"chebyshev\"",
+            );
+        }
+        if solver.matrix == MatrixKind::Reassembled {
+            self.error(
+                "scene::solver",
+                "solver.matrix",
+                "`solver.product` = \"matrix-free\" has no matrix to store",
+                "leave it out",
+            );
+        }
+    }
+
     pub(super) fn settings(&mut self) {
         let scene = self.scene;
         let integrator = &scene.integrator;
@@ -85,6 +123,9 @@ impl Check<'_> {
                 "`solver.precision` = \"f32\" needs `solver.kind` = \"cg\": the others work in double precision",
                 "`solver.precision = \"mixed\"` or `\"f64\"`",
             );
+        }
+        if scene.solver.product == ProductKind::MatrixFree {
+            self.matrix_free();
         }
         let frames = duration * scene.output.frame_rate;
         if scene.output.recording && frames > 1e5 {

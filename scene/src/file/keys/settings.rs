@@ -310,6 +310,23 @@ pub(super) static SOLVER: Table = Table::new(
             "\"dual\"",
             "Storage of the matrix.",
         ),
+        key(
+            "product",
+            Choice(&[
+                (
+                    "assembled",
+                    "with the matrix, put together once for each system",
+                ),
+                (
+                    "matrix-free",
+                    "stencil by stencil, the matrix is never put together: for `cg` with \
+                     `none`, `diagonal`, `block-jacobi`, `node-jacobi` (which `auto` then is) \
+                     or `chebyshev`",
+                ),
+            ]),
+            "\"assembled\"",
+            "How the matrix of `cg` is multiplied with.",
+        ),
     ],
 );
 

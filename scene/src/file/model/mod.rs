@@ -24,8 +24,8 @@ pub use settings::{
     AssembleSettings, AssemblySettings, BroadPhaseKind, ContactSettings, CurvatureKind,
     DampingKind, DampingSettings, ForcingKind, FrictionModel, IntegratorKind, IntegratorSettings,
     LineSearchKind, MatrixKind, MeshSettings, OutputSettings, PotentialKind, Precision,
-    PreconditionerKind, RelaxationSettings, Reorder, ResidualNormKind, Scatter, SimulationSettings,
-    SolverKind, SolverSettings, StopSettings, Switch,
+    PreconditionerKind, ProductKind, RelaxationSettings, Reorder, ResidualNormKind, Scatter,
+    SimulationSettings, SolverKind, SolverSettings, StopSettings, Switch,
 };
 pub use trim::{Button, Buttonhole};
 pub use watchdog::{WatchdogAnswer, WatchdogSettings};

@@ -199,6 +199,8 @@ pub struct SolverSettings {
     pub precision: Precision,
     /// Storage of the matrix.
     pub matrix: MatrixKind,
+    /// How the matrix is multiplied with.
+    pub product: ProductKind,
 }
 
 /// How exactly the linear systems of a step are solved.
@@ -267,6 +269,16 @@ pub enum MatrixKind {
     Dual,
     /// Everything rebuilt every iteration: the baseline.
     Reassembled,
+}
+
+/// How the matrix of conjugate gradients is multiplied with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProductKind {
+    /// Put together once for each system.
+    Assembled,
+    /// Stencil by stencil.
+    MatrixFree,
 }
 
 /// Summation of forces and matrices.
