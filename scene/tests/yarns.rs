@@ -240,3 +240,61 @@ fn everything_built_in_moves() {
         assert!(end.state().first_not_finite().is_none(), "{draft}");
     }
 }
+
+/// Loops of a relaxed sample move less at the start than loops laid flat, and
+/// the cache gives the same ones again. A chart with increases is refused.
+#[test]
+fn relaxed_loops_start_calmer() {
+    let speed = |rest_shape: &str| {
+        let set = [
+            ("cloth.0.rest_shape", rest_shape),
+            ("cloth.0.yarn", "pullover"),
+        ];
+        let built = build(KNIT, &set).expect("a scene");
+        let end = run(&built, 5, 1);
+        let (v, slid) = end.state().v.split_at(3 * built.geometry.order.len());
+        assert!(!slid.is_empty());
+        let sum: f64 = v.iter().map(|v| v * v).sum();
+        (sum / v.len() as f64).sqrt()
+    };
+    let (laid, relaxed) = (speed("laid"), speed("relaxed"));
+    assert!(relaxed < 0.5 * laid, "{relaxed} of {laid} m/s");
+    assert_eq!(relaxed, speed("relaxed"));
+    let set = [
+        ("cloth.0.rest_shape", "relaxed"),
+        ("cloth.0.chart", "feather-and-fan"),
+        ("cloth.0.stitches", "[18, 4]"),
+    ];
+    let error = build(KNIT, &set).err().unwrap_or_default();
+    assert!(error.contains("increases or decreases"), "{error}");
+}
+
+/// A pattern is sewn and draped as a shell, then knitted where the shell lies:
+/// outside its body by the thickness of the yarn, with yarns at rest length.
+#[test]
+fn patterns_are_knitted() {
+    let pattern = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../scenes/patterns/tshirt.json"
+    );
+    let text = format!(
+        "[[cloth]]\nkind = \"knit-pattern\"\nfile = {pattern:?}\nfabric = \"cotton-jersey\"\n\
+         yarn = \"thick\"\ndrape_time = 0.02\n[yarn.thick]\nlibrary = \"pullover\"\n\
+         radius = 4e-3\n[mesh]\nedge_length = 0.05\n[[body]]\nkind = \"mannequin\"\n"
+    );
+    let built = build(&text, &[]).expect("a scene");
+    let n = &built.geometry.yarns.as_ref().expect("yarns").network;
+    assert!(n.stitches.len() > 3000, "{} contacts", n.stitches.len());
+    assert_eq!(built.body_thickness(), 8e-3);
+    let strain = |[a, b]: [u32; 2]| {
+        let [a, b] = [a, b].map(|s| n.strands[s as usize]);
+        let [x, y] = [a, b].map(|s| n.points[s.node as usize]);
+        let apart = (0..3).map(|k| (x[k] - y[k]).powi(2)).sum::<f64>().sqrt();
+        (apart / (b.arc - a.arc) - 1.0).abs()
+    };
+    let strains: Vec<f64> = n.segments().map(strain).collect();
+    let off = strains.iter().filter(|s| **s > 0.01).count();
+    assert!(off * 1000 < strains.len(), "{off} of {}", strains.len());
+    let end = run(&built, 2, 1);
+    assert!(end.state().first_not_finite().is_none());
+}

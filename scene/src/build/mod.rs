@@ -1,13 +1,16 @@
 //! From a scene file to a simulation that holds what the scene calls for.
 
+mod alone;
 mod anchor;
 mod bodies;
+mod draped;
 mod effects;
 mod geometry;
 mod holds;
 mod perturb;
 mod placement;
 mod rest;
+mod rest_shape;
 mod sewn;
 mod system;
 mod trims;
@@ -461,7 +464,7 @@ impl BuiltScene {
             let mut contact = BodyContact::new(masses.len(), bodies)
                 .with_potential(quadratic(
                     ContactQuadratic::body(),
-                    c.body_thickness,
+                    self.body_thickness(),
                     c.body_stiffness,
                 ))
                 .with_still(&still)?;
@@ -512,6 +515,14 @@ impl BuiltScene {
             contacts.push(Box::new(contact));
         }
         Ok(contacts)
+    }
+
+    /// Distance that cloth keeps from bodies [m]: with yarns at least two
+    /// radii, since their points lie in the middle of two yarns.
+    pub fn body_thickness(&self) -> f64 {
+        let yarns = self.geometry.yarns.as_ref().map(|y| &y.network.materials);
+        let radii = yarns.into_iter().flatten().map(|m| 2.0 * m.radius);
+        radii.fold(self.scene().contact.body_thickness, f64::max)
     }
 
     /// Springs at the points of labels that the pattern's cloth holds.
