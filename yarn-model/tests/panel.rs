@@ -456,8 +456,8 @@ fn stretch_energy(n: &YarnNetwork) -> f64 {
 }
 
 /// A panel with slanted sides, pulled by 5 % across: settling leaves no yarn
-/// stretched and fewer turned back, moves nodes by less than a stitch, keeps
-/// what is joined joined, and repeats to the bit.
+/// stretched and none folded back, moves nodes by less than a stitch, keeps what
+/// is joined joined, and repeats to the bit.
 #[test]
 fn slanted_and_stretched_panels_settle() {
     let corners = [[0.0, 0.0], [0.3, 0.0], [0.22, 0.2], [0.08, 0.2]];
@@ -476,17 +476,13 @@ fn slanted_and_stretched_panels_settle() {
     let course = options.template.course;
     let sewn = set.sew(&flat, &sewing(0.5 * course, 1.5 * course));
     let mut sewn = sewn.expect("sewn");
-    let sharp = turns_beyond(&sewn.network, 108.0);
-    assert!(sharp > 0);
     assert!(stretch_energy(&sewn.network) > 0.1);
     let mut again = sewn.clone();
     let before = sewn.network.clone();
     let settled = sewn.settle(300, 1.0);
     check(&sewn.network);
-    assert!(
-        3 * turns_beyond(&sewn.network, 108.0) < sharp,
-        "{settled:?}"
-    );
+    assert_eq!(turns_beyond(&sewn.network, 108.0), settled.sharp);
+    assert_eq!(turns_beyond(&sewn.network, 150.0), 0, "{settled:?}");
     let energy = stretch_energy(&sewn.network);
     assert!(energy < 1e-2, "{energy} J {settled:?}");
     assert!(settled.moved < course, "{settled:?}");

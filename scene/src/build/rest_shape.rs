@@ -47,7 +47,8 @@ pub struct Relaxed {
 /// Loops of a pattern relaxed, from the cache or from a sample.
 ///
 /// # Errors
-/// A sentence, for charts that increase or decrease and samples that fail.
+/// A sentence, for charts that increase or decrease, samples that fail and
+/// those that do not come to rest.
 pub(super) fn relaxed(
     parsed: &Parsed,
     chart: &str,
@@ -77,7 +78,7 @@ pub(super) fn relaxed(
     let key = blake3::hash(content.as_bytes());
     let path = cache_folder().join(format!("{}.loops", key.to_hex()));
     if let Some(found) = load(&path).and_then(|n| decode(&n, repeat, options)) {
-        return Ok(found);
+        return at_rest(chart, found);
     }
     let map = knitted(&laid, options).map_err(|e| e.to_string())?;
     let cloth = Cloth {
@@ -153,7 +154,27 @@ pub(super) fn relaxed(
         .map_err(|e| failed(e.to_string()))?;
     // Without a cache the next run relaxes again.
     let _ = store(&path, &encode(&found, &relaxed));
-    Ok((found, relaxed))
+    at_rest(chart, (found, relaxed))
+}
+
+/// Refuses the loops of a sample that ran out of time: irregular loops have
+/// averages that are shorter than their yarns.
+fn at_rest(
+    chart: &str,
+    (options, relaxed): (KnitOptions, Relaxed),
+) -> Result<(KnitOptions, Relaxed), String> {
+    let Relaxed {
+        time,
+        rate,
+        at_rest,
+    } = relaxed;
+    if at_rest {
+        return Ok((options, relaxed));
+    }
+    Err(format!(
+        "the sample of {chart} still moves at {rate:.1e} m/s after {time:.1} s (at rest it would \
+         be below {AT_REST:.0e}): its loops can only be `laid`"
+    ))
 }
 
 /// Arc lengths by strand of the network as it was knitted.
