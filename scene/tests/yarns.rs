@@ -263,7 +263,7 @@ fn relaxed_loops_start_calmer() {
         Ok(relaxed) => assert!(*relaxed < 0.5 * laid, "{relaxed} of {laid} m/s"),
         Err(e) => assert!(e.contains("still moves at"), "{e}"),
     }
-    assert_eq!(relaxed, speed("relaxed"));
+    assert_eq!(relaxed.ok(), speed("relaxed").ok());
     let set = [
         ("cloth.0.rest_shape", "relaxed"),
         ("cloth.0.chart", "feather-and-fan"),

@@ -110,8 +110,7 @@ const REST_SHAPE: Key = key(
             "relaxed",
             "as in the middle of a sample of 5 cm, or five repeats, that was relaxed without \
              gravity; the gauge is then that of the sample. The loops are kept in the cache \
-             (`SELVEDGE_CACHE`). For charts without increases and decreases whose samples come to \
-             rest within 2 s",
+             (`SELVEDGE_CACHE`). For charts without increases and decreases",
         ),
     ]),
     "\"laid\"",
