@@ -482,7 +482,7 @@ fn slanted_and_stretched_panels_settle() {
     let settled = sewn.settle(300, 1.0);
     check(&sewn.network);
     assert_eq!(turns_beyond(&sewn.network, 108.0), settled.sharp);
-    assert_eq!(turns_beyond(&sewn.network, 150.0), 0, "{settled:?}");
+    assert_eq!(turns_beyond(&sewn.network, 170.0), 0, "{settled:?}");
     let energy = stretch_energy(&sewn.network);
     assert!(energy < 1e-2, "{energy} J {settled:?}");
     assert!(settled.moved < course, "{settled:?}");
