@@ -304,3 +304,65 @@ fn everything_built_in_moves() {
         assert!(end.state().first_not_finite().is_none(), "{draft}");
     }
 }
+
+/// Loops of a sample at rest move less at the start than loops laid flat, and
+/// the cache gives the same ones again; a sample that does not come to rest is
+/// refused with its speed, from the cache as well. So is a chart with
+/// increases.
+#[test]
+fn relaxed_loops_start_calmer() {
+    let speed = |rest_shape: &str| -> Result<f64, String> {
+        let set = [
+            ("cloth.0.rest_shape", rest_shape),
+            ("cloth.0.yarn", "pullover"),
+        ];
+        let built = build(KNIT, &set)?;
+        let end = run(&built, 5, 1);
+        let sum: f64 = end.state().v.iter().map(|v| v * v).sum();
+        Ok((sum / end.state().v.len() as f64).sqrt())
+    };
+    let laid = speed("laid").expect("laid flat");
+    let relaxed = speed("relaxed");
+    match &relaxed {
+        Ok(relaxed) => assert!(*relaxed < 0.5 * laid, "{relaxed} of {laid} m/s"),
+        Err(e) => assert!(e.contains("still moves at"), "{e}"),
+    }
+    assert_eq!(relaxed.ok(), speed("relaxed").ok());
+    let set = [
+        ("cloth.0.rest_shape", "relaxed"),
+        ("cloth.0.chart", "feather-and-fan"),
+        ("cloth.0.stitches", "[18, 4]"),
+    ];
+    let error = build(KNIT, &set).err().unwrap_or_default();
+    assert!(error.contains("increases or decreases"), "{error}");
+}
+
+/// A pattern is sewn and draped as a shell, then knitted where the shell lies:
+/// outside its body by the thickness of the yarn, with yarns at rest length.
+#[test]
+fn patterns_are_knitted() {
+    let pattern = concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../scenes/patterns/tshirt.json"
+    );
+    let text = format!(
+        "[[cloth]]\nkind = \"knit-pattern\"\nfile = {pattern:?}\nfabric = \"cotton-jersey\"\n\
+         yarn = \"thick\"\ndrape_time = 0.02\n[yarn.thick]\nlibrary = \"pullover\"\n\
+         radius = 4e-3\n[mesh]\nedge_length = 0.05\n[[body]]\nkind = \"mannequin\"\n"
+    );
+    let built = build(&text, &[]).expect("a scene");
+    let n = &built.geometry.yarns.as_ref().expect("yarns").network;
+    assert!(n.stitches.len() > 3000, "{} contacts", n.stitches.len());
+    assert_eq!(built.body_thickness(), 8e-3);
+    let strain = |[a, b]: [u32; 2]| {
+        let [a, b] = [a, b].map(|s| n.strands[s as usize]);
+        let [x, y] = [a, b].map(|s| n.points[s.node as usize]);
+        let apart = (0..3).map(|k| (x[k] - y[k]).powi(2)).sum::<f64>().sqrt();
+        (apart / (b.arc - a.arc) - 1.0).abs()
+    };
+    let strains: Vec<f64> = n.segments().map(strain).collect();
+    let off = strains.iter().filter(|s| **s > 0.01).count();
+    assert!(off * 1000 < strains.len(), "{off} of {}", strains.len());
+    let end = run(&built, 2, 1);
+    assert!(end.state().first_not_finite().is_none());
+}

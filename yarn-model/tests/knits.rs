@@ -473,3 +473,67 @@ fn refused() {
     options.material.radius = -1.0;
     assert!(knitted(&chart, &options).is_err());
 }
+
+/// Measuring a knit as it was laid, turned and moved in space, gives back the
+/// loops that it was laid with, cell by cell.
+#[test]
+fn measured_loops_are_those_laid() {
+    let mut options = KnitOptions::default();
+    let mut templates = vec![options.template.clone(); 8];
+    for (k, t) in templates.iter_mut().enumerate() {
+        let (x, z) = (1e-5 * k as f64, 2e-4 * k as f64);
+        // Both contacts of a base to the same side: the mean must stay put.
+        for (place, sign) in [(0, 1.0), (1, -1.0), (6, 1.0), (7, -1.0)] {
+            t.nodes[place][0] += sign * x;
+            t.nodes[place][2] += sign * z;
+        }
+        t.arcs[1] *= 1.0 + 0.02 * k as f64;
+    }
+    options.cells = Some(TemplateCells::new(4, templates.clone()).unwrap());
+    let chart = built_in("rib-2x2", 7, 7);
+    let Knitted { network, map } = knitted(&chart, &options).unwrap();
+    let (s, c) = 0.3_f64.sin_cos();
+    let points: Vec<[f64; 3]> = (network.points.iter())
+        .map(|[x, y, z]| [0.1 + c * x - s * z, *y, 0.2 + s * x + c * z])
+        .collect();
+    let arcs: Vec<f64> = network.strands.iter().map(|s| s.arc).collect();
+    let node = |s: u32| network.strands[s as usize].node;
+    let found = options
+        .measured(&map, [4, 2], node, &points, &arcs)
+        .unwrap();
+    let base = &options.template;
+    assert!((found.template.course / base.course - 1.0).abs() < 1e-12);
+    assert!((found.template.row / base.row - 1.0).abs() < 1e-12);
+    let (columns, cells) = found.cells.as_ref().unwrap().templates();
+    assert_eq!((columns, cells.len()), (4, 8));
+    for (cell, laid) in cells.iter().zip(&templates) {
+        for place in [0, 1, 6, 7] {
+            for k in 0..3 {
+                let off = cell.nodes[place][k] - laid.nodes[place][k];
+                assert!(off.abs() < 1e-12, "{place} {k}: {off}");
+            }
+        }
+        for place in [0, 6] {
+            assert!((cell.arcs[place] - laid.arcs[place]).abs() < 1e-12);
+        }
+    }
+    // Laid with what was measured, contacts lie where they lay.
+    let again = knitted(&chart, &found).unwrap();
+    let both = again.network.points.iter().zip(&network.points);
+    for ((a, b), _) in both
+        .zip(&network.contacts)
+        .filter(|(_, c)| **c != NodeContact::Rod)
+    {
+        assert!((0..3).all(|k| (a[k] - b[k]).abs() < 1e-9), "{a:?} {b:?}");
+    }
+    // A sample without interior.
+    let small = knitted(&built_in("rib-2x2", 3, 3), &options).unwrap();
+    let n = &small.network;
+    let node = |s: u32| n.strands[s as usize].node;
+    let arcs: Vec<f64> = n.strands.iter().map(|s| s.arc).collect();
+    assert!(
+        options
+            .measured(&small.map, [4, 2], node, &n.points, &arcs)
+            .is_err()
+    );
+}

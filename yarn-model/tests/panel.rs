@@ -8,7 +8,7 @@ use selvedge_yarn_model::knit::KnitOptions;
 use selvedge_yarn_model::panel::{
     Outline, PanelSet, PanelSurface, PanelWeave, SewingOptions, Sewn, knitted_panel, woven_panel,
 };
-use selvedge_yarn_model::{Draft, NodeContact, YarnMaterial, YarnNetwork};
+use selvedge_yarn_model::{Draft, NONE, NodeContact, YarnMaterial, YarnNetwork};
 
 /// A triangle mesh with flat corners.
 struct Mesh {
@@ -428,4 +428,65 @@ fn a_woven_tube_is_closed() {
     assert!(ends.len() < 2 * (warps + wefts) * 2);
     let again = set.sew(&flat, &options).expect("sewn");
     assert_eq!(sewn, again);
+}
+
+/// Turns of yarns beyond an angle.
+fn turns_beyond(n: &YarnNetwork, degrees: f64) -> usize {
+    let inner = n
+        .strands
+        .iter()
+        .filter(|s| s.prev != NONE && s.next != NONE);
+    let turned = inner.filter(|s| {
+        let at = |s: u32| n.points[n.strands[s as usize].node as usize];
+        let (a, b, c) = (at(s.prev), n.points[s.node as usize], at(s.next));
+        let dot: f64 = (0..3).map(|k| (b[k] - a[k]) * (c[k] - b[k])).sum();
+        dot < degrees.to_radians().cos() * distance(a, b) * distance(b, c)
+    });
+    turned.count()
+}
+
+fn stretch_energy(n: &YarnNetwork) -> f64 {
+    let of = |[a, b]: [u32; 2]| {
+        let k = n.material_of(a).stretch_stiffness();
+        let [a, b] = [a, b].map(|s| n.strands[s as usize]);
+        let (rest, [x, y]) = (b.arc - a.arc, [a, b].map(|s| n.points[s.node as usize]));
+        0.5 * k * rest * (distance(x, y) / rest - 1.0).powi(2)
+    };
+    n.segments().map(of).sum()
+}
+
+/// A panel with slanted sides, pulled by 5 % across: settling leaves no yarn
+/// stretched and none folded back, moves nodes by less than a stitch, keeps what
+/// is joined joined, and repeats to the bit.
+#[test]
+fn slanted_and_stretched_panels_settle() {
+    let corners = [[0.0, 0.0], [0.3, 0.0], [0.22, 0.2], [0.08, 0.2]];
+    let mesh = Mesh {
+        positions: corners.map(|[x, y]| [1.05 * x, y, 0.0]).to_vec(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        flat: [[0, 1, 2], [0, 2, 3]]
+            .map(|t| t.map(|k: usize| corners[k]))
+            .to_vec(),
+    };
+    let set = panels(&mesh);
+    let options = options();
+    let outline = set.panels[0].outline().expect("an outline");
+    let knitted = knitted_panel(&stockinette(), &options, &outline);
+    let flat = [knitted.expect("knits").expect("stitches").network];
+    let course = options.template.course;
+    let sewn = set.sew(&flat, &sewing(0.5 * course, 1.5 * course));
+    let mut sewn = sewn.expect("sewn");
+    assert!(stretch_energy(&sewn.network) > 0.1);
+    let mut again = sewn.clone();
+    let before = sewn.network.clone();
+    let settled = sewn.settle(300, 1.0);
+    check(&sewn.network);
+    assert_eq!(turns_beyond(&sewn.network, 108.0), settled.sharp);
+    assert_eq!(turns_beyond(&sewn.network, 170.0), 0, "{settled:?}");
+    let energy = stretch_energy(&sewn.network);
+    assert!(energy < 1e-2, "{energy} J {settled:?}");
+    assert!(settled.moved < course, "{settled:?}");
+    assert_eq!(before.offsets, sewn.network.offsets);
+    assert_eq!(again.settle(300, 1.0), settled);
+    assert_eq!(again, sewn);
 }

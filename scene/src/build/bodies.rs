@@ -241,8 +241,8 @@ fn display(body: &dyn Body, around: &Aabb) -> Result<SurfaceMesh, CollisionError
     surface_mesh_in(body, 0.0, size / 40.0, &around.inflate(0.3 * size))
 }
 
-/// Where distance fields are kept between runs.
-fn cache_folder() -> PathBuf {
+/// Where distance fields, relaxed loops and draped shells are kept between runs.
+pub(super) fn cache_folder() -> PathBuf {
     let of = |name: &str| {
         std::env::var_os(name)
             .filter(|v| !v.is_empty())

@@ -241,6 +241,7 @@ fn add_cloth(
         ClothShape::Knit { .. }
         | ClothShape::Woven { .. }
         | ClothShape::KnitMesh { .. }
+        | ClothShape::KnitPattern { .. }
         | ClothShape::WovenMesh { .. } => return,
     };
     let (material, mesh, hold) = match added {
@@ -292,7 +293,9 @@ fn add_yarns(cloth: &Cloth, network: YarnNetwork, draft: &mut Draft) {
     let start = draft.positions.len() as u32;
     let material = match &cloth.shape {
         // Panels have no corners by name.
-        ClothShape::KnitMesh { .. } | ClothShape::WovenMesh { .. } => None,
+        ClothShape::KnitMesh { .. }
+        | ClothShape::KnitPattern { .. }
+        | ClothShape::WovenMesh { .. } => None,
         _ => Some(yarns::selectable(&network, cloth)),
     };
     draft.positions.extend_from_slice(&network.points);
@@ -300,7 +303,10 @@ fn add_yarns(cloth: &Cloth, network: YarnNetwork, draft: &mut Draft) {
         Some(all) => all.append(&network),
         none => *none = Some(network),
     }
-    place(cloth, start, draft);
+    // Shells were draped where the scene puts them.
+    if !matches!(cloth.shape, ClothShape::KnitPattern { .. }) {
+        place(cloth, start, draft);
+    }
     draft.panel_names.push(cloth.name.clone());
     draft.parts.push(Part {
         name: cloth.name.clone(),

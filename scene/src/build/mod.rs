@@ -1,7 +1,9 @@
 //! From a scene file to a simulation that holds what the scene calls for.
 
+mod alone;
 mod anchor;
 mod bodies;
+mod draped;
 mod effects;
 mod geometry;
 mod holds;
@@ -9,6 +11,7 @@ mod passages;
 mod perturb;
 mod placement;
 mod rest;
+mod rest_shape;
 mod sewn;
 mod system;
 mod topology;
@@ -466,7 +469,7 @@ impl BuiltScene {
             let mut contact = BodyContact::new(masses.len(), bodies)
                 .with_potential(quadratic(
                     ContactQuadratic::body(),
-                    c.body_thickness,
+                    self.body_thickness(),
                     c.body_stiffness,
                 ))
                 .with_still(&still)?;
@@ -517,6 +520,14 @@ impl BuiltScene {
             contacts.push(Box::new(contact));
         }
         Ok(contacts)
+    }
+
+    /// Distance that cloth keeps from bodies [m]: with yarns at least two
+    /// radii, since their points lie in the middle of two yarns.
+    pub fn body_thickness(&self) -> f64 {
+        let yarns = self.geometry.yarns.as_ref().map(|y| &y.network.materials);
+        let radii = yarns.into_iter().flatten().map(|m| 2.0 * m.radius);
+        radii.fold(self.scene().contact.body_thickness, f64::max)
     }
 
     /// Springs at the points of labels that the pattern's cloth holds.

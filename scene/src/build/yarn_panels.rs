@@ -5,10 +5,13 @@ use selvedge_yarn_model::panel::{
 };
 use selvedge_yarn_model::{YarnMaterial, YarnNetwork};
 
-use super::yarns::{Construction, draft_named, find_yarn, knit_options, pattern_named};
+use super::draped::draped;
+use super::yarns::{
+    Construction, draft_named, find_yarn, knit_options, pattern_named, relaxed_options,
+};
 use crate::diagnostic::Diagnostics;
 use crate::file::Parsed;
-use crate::file::model::{ClothShape, Grain};
+use crate::file::model::{Cloth, ClothShape, Grain, RestShape};
 use crate::file::obj::{self, Purpose};
 
 /// Distance below which points of the file are one [m].
@@ -18,6 +21,9 @@ const WELD: f64 = 1e-5;
 /// woven ones in spacings.
 const REACH: f64 = 1.5;
 
+/// Most rounds in which lengths are brought to rest.
+const ROUNDS: usize = 300;
+
 /// A panel's yarns within its outline; the name of what does not fit.
 type Fill<'a> = Box<dyn Fn(&Outline) -> Result<Option<YarnNetwork>, PanelError> + 'a>;
 
@@ -25,7 +31,7 @@ type Fill<'a> = Box<dyn Fn(&Outline) -> Result<Option<YarnNetwork>, PanelError> 
 pub(super) fn network(
     parsed: &Parsed,
     index: usize,
-    shape: &ClothShape,
+    cloth: &Cloth,
 ) -> Result<YarnNetwork, Diagnostics> {
     let fail = |key: &str, message: String| {
         let path = format!("cloth.{index}.{key}");
@@ -36,17 +42,25 @@ pub(super) fn network(
         Some(name) => yarn("seam_yarn", name),
         None => Ok(own.clone()),
     };
-    let (set, fill, what, options): (PanelSet, Fill<'_>, _, _) = match shape {
+    let (set, fill, what, options): (PanelSet, Fill<'_>, _, _) = match &cloth.shape {
         ClothShape::KnitMesh {
-            file,
-            scale,
-            grain,
             chart,
             yarn: name,
             seam_yarn,
             seam_slack,
             course_pitch,
             wale_pitch,
+            rest_shape,
+            ..
+        }
+        | ClothShape::KnitPattern {
+            chart,
+            yarn: name,
+            seam_yarn,
+            seam_slack,
+            course_pitch,
+            wale_pitch,
+            rest_shape,
             ..
         } => {
             let own = yarn("yarn", name)?;
@@ -57,10 +71,27 @@ pub(super) fn network(
                     return Err(fail("chart", message));
                 }
             };
-            let loops = knit_options(own.clone(), *course_pitch, *wale_pitch);
+            let mut loops = knit_options(own.clone(), *course_pitch, *wale_pitch);
+            if *rest_shape == RestShape::Relaxed {
+                let of = relaxed_options(parsed, chart, name, &loops);
+                loops = of.map_err(|m| fail("rest_shape", m))?;
+            }
             let (course, row) = (loops.template.course, loops.template.row);
+            let material = seam(seam_yarn, &own)?;
+            let set = match &cloth.shape {
+                ClothShape::KnitMesh {
+                    file, scale, grain, ..
+                } => panels(parsed, file, *scale, *grain, &fail)?,
+                ClothShape::KnitPattern { drape_time, .. } => {
+                    let clearance = 2.0 * own.radius.max(material.radius);
+                    let file = draped(parsed, cloth, *drape_time, clearance);
+                    let file = file.map_err(|m| fail("file", m))?;
+                    panels(parsed, &file, 1.0, Grain::U, &fail)?
+                }
+                _ => return Err(fail("kind", "not knitted".to_owned())),
+            };
             let options = SewingOptions {
-                material: seam(seam_yarn, &own)?,
+                material,
                 pitch: 0.5 * course,
                 slack: *seam_slack,
                 reach: REACH * course.max(row),
@@ -69,7 +100,6 @@ pub(super) fn network(
                 let knitted = knitted_panel(&pattern, &loops, outline)?;
                 Ok(knitted.map(|k| k.network))
             };
-            let set = panels(parsed, file, *scale, *grain, &fail)?;
             (set, Box::new(fill), "stitch", options)
         }
         ClothShape::WovenMesh {
@@ -119,8 +149,9 @@ pub(super) fn network(
         flat.push(filled.map_err(|e| fail("file", e.to_string()))?);
     }
     let sewn = set.sew(&flat, &options);
-    sewn.map(|s| s.network)
-        .map_err(|e| fail("file", e.to_string()))
+    let mut sewn = sewn.map_err(|e| fail("file", e.to_string()))?;
+    sewn.settle(ROUNDS, options.slack);
+    Ok(sewn.network)
 }
 
 fn panels(

@@ -14,10 +14,10 @@ use selvedge_yarn_model::{
     YarnShear, YarnStretch, lumped_point_masses, lumped_scalar_masses,
 };
 
-use super::yarn_panels;
+use super::{rest_shape, yarn_panels};
 use crate::diagnostic::Diagnostics;
 use crate::file::Parsed;
-use crate::file::model::{Cloth, ClothShape, yarn_named};
+use crate::file::model::{Cloth, ClothShape, RestShape, yarn_named};
 
 /// All yarns of a scene, in the solver's order.
 #[derive(Clone)]
@@ -49,10 +49,15 @@ pub(super) fn network(
             course_pitch,
             wale_pitch,
             bind_off,
+            rest_shape,
             ..
         } => yarn("yarn", name).and_then(|material| {
+            let mut options = knit_options(material, *course_pitch, *wale_pitch);
+            if *rest_shape == RestShape::Relaxed {
+                let of = relaxed_options(parsed, chart, name, &options);
+                options = of.map_err(|m| fail("rest_shape", m))?;
+            }
             let chart = chart_named(parsed, chart, *stitches).map_err(|m| fail("chart", m))?;
-            let options = knit_options(material, *course_pitch, *wale_pitch);
             // Row 0 of the loops is the cast-on, the last one the bind-off.
             let last = LoopGraph::new(&chart).loops.iter().map(|l| l.row).max();
             let kept = |l: &KnitLoop| *bind_off || Some(l.row) != last;
@@ -81,8 +86,10 @@ pub(super) fn network(
                 .build(&draft)
                 .map_err(|e| fail("yarns", e.to_string()))
         }),
-        ClothShape::KnitMesh { .. } | ClothShape::WovenMesh { .. } => {
-            let network = yarn_panels::network(parsed, index, &cloth.shape);
+        ClothShape::KnitMesh { .. }
+        | ClothShape::KnitPattern { .. }
+        | ClothShape::WovenMesh { .. } => {
+            let network = yarn_panels::network(parsed, index, cloth);
             let settings = &parsed.scene.topology;
             let tail = settings.changes && settings.tail > 0.0;
             return Some(network.map(|n| match tail {
@@ -118,6 +125,24 @@ pub(super) fn knit_options(
 ) -> KnitOptions {
     let course = course.unwrap_or(5.2 * material.radius);
     KnitOptions::with_gauge(material, course, wale.unwrap_or(0.75 * course), 1.0)
+}
+
+/// Loops of a chart that repeats, relaxed.
+pub(super) fn relaxed_options(
+    parsed: &Parsed,
+    chart: &str,
+    yarn: &str,
+    options: &KnitOptions,
+) -> Result<KnitOptions, String> {
+    match pattern_named(parsed, chart)? {
+        Construction::Pattern(pattern) => {
+            let relaxed = rest_shape::relaxed(parsed, chart, &pattern, yarn, options)?;
+            Ok(relaxed.0)
+        }
+        Construction::Chart(_) => Err(format!(
+            "{chart} is of fixed size: its loops can only be `laid`"
+        )),
+    }
 }
 
 /// Yarns of the library.

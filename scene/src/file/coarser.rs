@@ -40,6 +40,7 @@ pub fn coarser(scene: &SceneFile, factor: f64) -> Result<SceneFile, String> {
             ClothShape::Knit { .. }
             | ClothShape::Woven { .. }
             | ClothShape::KnitMesh { .. }
+            | ClothShape::KnitPattern { .. }
             | ClothShape::WovenMesh { .. } => {
                 return Err(format!(
                     "the points of `{}` are where its yarns cross: there is no coarser cloth to \

@@ -65,7 +65,7 @@ pub(crate) fn derive(
 }
 
 /// Kinds of cloth that are made of yarns.
-const OF_YARNS: [&str; 4] = ["knit", "woven", "knit-mesh", "woven-mesh"];
+const OF_YARNS: [&str; 5] = ["knit", "woven", "knit-mesh", "knit-pattern", "woven-mesh"];
 
 /// The name of the only cloth or button, for those that do not say which.
 fn only_one(

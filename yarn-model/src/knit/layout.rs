@@ -25,10 +25,9 @@ impl<'a> Layout<'a> {
     pub fn template(&self, l: u32) -> &'a LoopTemplate {
         let this = self.graph.loops[l as usize];
         match &self.options.cells {
-            Some(cells) if !self.graph.is_auxiliary(this.row as usize) => {
-                cells.at(this.row - 1, this.column)
-            }
-            _ => &self.options.template,
+            // The cast-on continues the repeat downwards.
+            Some(cells) => cells.at((this.row + cells.rows()).saturating_sub(1), this.column),
+            None => &self.options.template,
         }
     }
 

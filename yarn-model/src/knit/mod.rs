@@ -27,6 +27,7 @@
 
 mod graph;
 mod layout;
+mod measure;
 mod network;
 mod options;
 mod relax;

@@ -243,7 +243,10 @@ impl<'a> Knitter<'a> {
                 purl: this.op.purl(),
                 side,
                 parents,
-                rest: self.layout.template(l).arcs[segment],
+                rest: match self.layout.options.cells {
+                    Some(_) => self.layout.options.template.arcs[segment],
+                    None => self.layout.template(l).arcs[segment],
+                },
                 row: this.row - 1,
                 column: this.column,
             };
@@ -424,7 +427,17 @@ impl<'a> Knitter<'a> {
     fn arc(&self, a: &Pass, b: &Pass) -> f64 {
         let same_loop = a.owner == b.owner;
         if same_loop && a.contact == b.contact && a.contact != NONE {
-            return self.contacts[a.contact as usize].rest;
+            let rest = self.contacts[a.contact as usize].rest;
+            let place = match (a.head, a.right) {
+                (false, false) => 0,
+                (true, false) => HEAD - 1,
+                (true, true) => HEAD + 1,
+                (false, true) => LEG + 5,
+            };
+            return match self.layout.options.cells {
+                Some(_) if a.place != EXTRA => self.layout.template(a.owner).arcs[place],
+                _ => rest,
+            };
         }
         let segment = match (same_loop, a.head == b.head) {
             (true, false) if a.right => LEG + 4,

@@ -29,7 +29,8 @@ pub struct LoopTemplate {
     /// to lie, a row higher.
     pub nodes: [[f64; 3]; 8],
     /// Rest arc lengths \[m\]. All yarns of a contact have that of the child's
-    /// base; other segments keep the ratio of arc length and distance.
+    /// base, unless cells give each its own; other segments keep the ratio of
+    /// arc length and distance.
     pub arcs: [f64; 8],
 }
 
@@ -108,7 +109,9 @@ impl LoopTemplate {
 }
 
 /// Shapes of the loops of one repeat of a chart, for instance averages over a
-/// relaxed sample.
+/// relaxed sample ([`KnitOptions::measured`](super::KnitOptions::measured)).
+/// Arc lengths within contacts are those of the shape; the rest length of the
+/// contact is that of [`KnitOptions::template`](super::KnitOptions::template).
 #[derive(Clone, Debug, PartialEq)]
 pub struct TemplateCells {
     columns: u32,
@@ -139,10 +142,19 @@ impl TemplateCells {
         Ok(Self { columns, templates })
     }
 
+    /// Rows of the repeat.
+    pub fn rows(&self) -> u32 {
+        self.templates.len() as u32 / self.columns
+    }
+
+    /// The shapes, row by row, left to right, and how many to a row.
+    pub fn templates(&self) -> (u32, &[LoopTemplate]) {
+        (self.columns, &self.templates)
+    }
+
     /// Shape of a loop of the chart.
     pub fn at(&self, row: u32, column: u32) -> &LoopTemplate {
-        let rows = self.templates.len() as u32 / self.columns;
-        let cell = (row % rows) * self.columns + column % self.columns;
+        let cell = (row % self.rows()) * self.columns + column % self.columns;
         &self.templates[cell as usize]
     }
 }

@@ -23,6 +23,7 @@ impl Check<'_> {
                 ClothShape::Mesh { file, .. }
                 | ClothShape::Pattern { file, .. }
                 | ClothShape::KnitMesh { file, .. }
+                | ClothShape::KnitPattern { file, .. }
                 | ClothShape::WovenMesh { file, .. } => {
                     self.input_file(&format!("{path}.file"), file);
                 }

@@ -161,6 +161,7 @@ fn is_irregular(shape: &ClothShape) -> bool {
         ClothShape::Mesh { .. }
             | ClothShape::Pattern { .. }
             | ClothShape::KnitMesh { .. }
+            | ClothShape::KnitPattern { .. }
             | ClothShape::WovenMesh { .. }
     )
 }

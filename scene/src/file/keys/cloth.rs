@@ -5,7 +5,7 @@ use super::super::spec::{
     Key, Range, Table, Variant, derived, integer, key, number, optional, required,
 };
 use super::POSITION;
-use super::yarn::{KNIT, KNIT_MESH, WOVEN, WOVEN_MESH};
+use super::yarn::{KNIT, KNIT_MESH, KNIT_PATTERN, WOVEN, WOVEN_MESH};
 
 const MOST_LAYERS: i64 = 100;
 
@@ -23,7 +23,7 @@ pub(super) static CLOTH: Table = Table::new(
             Text,
             "\"cotton-poplin\"",
             "A fabric of this scene (`[fabric.NAME]`) or of the library (`selvedge fabric list`). \
-             Cloth of yarns has none.",
+             Cloth of yarns has none, but for `knit-pattern`, whose shells drape with it.",
         ),
         key(
             "center",
@@ -101,6 +101,11 @@ pub(super) static CLOTH: Table = Table::new(
             keys: KNIT_MESH,
         },
         Variant {
+            name: "knit-pattern",
+            doc: "A sewing pattern, draped as a shell and then knitted and sewn yarn by yarn.",
+            keys: KNIT_PATTERN,
+        },
+        Variant {
             name: "woven-mesh",
             doc: "The panels of an OBJ file, woven and sewn yarn by yarn.",
             keys: WOVEN_MESH,
@@ -108,7 +113,7 @@ pub(super) static CLOTH: Table = Table::new(
     ],
 );
 
-const EDGE_LENGTH: Key = optional(
+pub(super) const EDGE_LENGTH: Key = optional(
     "edge_length",
     number("m", Range::up_to(10.0)),
     "Target edge length; default `mesh.edge_length`.",

@@ -417,7 +417,8 @@ pub(super) static CONTACT: Table = Table::new(
             "body_thickness",
             number("m", Range::up_to(0.1)),
             "1.5e-3",
-            "Distance that cloth keeps from bodies.",
+            "Distance that cloth keeps from bodies; cloth of yarns at least two radii of its \
+             thickest yarn.",
         )
         .hint("m, not mm"),
         key(

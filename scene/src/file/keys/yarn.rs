@@ -1,5 +1,6 @@
 use super::super::spec::Kind::{Bool, Choice, Integers, Path, Text};
 use super::super::spec::{Key, Range, Table, key, number, optional, required};
+use super::cloth::EDGE_LENGTH;
 
 /// A kind of yarn.
 pub(super) static YARN: Table = Table::new(
@@ -101,6 +102,21 @@ const WALE_PITCH: Key = optional(
 )
 .hint("m, not mm");
 
+const REST_SHAPE: Key = key(
+    "rest_shape",
+    Choice(&[
+        ("laid", "flat, from the gauge alone"),
+        (
+            "relaxed",
+            "as in the middle of a sample of 5 cm, or five repeats, that was relaxed without \
+             gravity; the gauge is then that of the sample. The loops are kept in the cache \
+             (`SELVEDGE_CACHE`). For charts without increases and decreases",
+        ),
+    ]),
+    "\"laid\"",
+    "Shape of the loops at the start.",
+);
+
 const DRAFT: Key = key(
     "draft",
     Text,
@@ -180,6 +196,34 @@ pub(super) static KNIT_MESH: &[Key] = &[
     SEAM_SLACK,
     COURSE_PITCH,
     WALE_PITCH,
+    REST_SHAPE,
+    SLIDING,
+];
+
+/// A sewing pattern, knitted.
+pub(super) static KNIT_PATTERN: &[Key] = &[
+    required(
+        "file",
+        Path,
+        "GarmentCode JSON file, relative to the scene file. Its shells are sewn and draped on \
+         the scene's bodies with `fabric` and the scene's `assemble`, and kept in the cache \
+         (`SELVEDGE_CACHE`); then their panels are knitted with wales along the panels' y axis, \
+         and sewn.",
+    ),
+    EDGE_LENGTH,
+    key(
+        "drape_time",
+        number("s", Range::up_to(60.0)),
+        "1",
+        "Longest time for which the shells drape; they end earlier at rest.",
+    ),
+    CHART,
+    YARN_NAME,
+    SEAM_YARN,
+    SEAM_SLACK,
+    COURSE_PITCH,
+    WALE_PITCH,
+    REST_SHAPE,
     SLIDING,
 ];
 
@@ -203,6 +247,7 @@ pub(super) static KNIT: &[Key] = &[
     YARN_NAME,
     COURSE_PITCH,
     WALE_PITCH,
+    REST_SHAPE,
     SLIDING,
     key(
         "bind_off",

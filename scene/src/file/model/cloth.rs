@@ -85,6 +85,8 @@ pub enum ClothShape {
         /// Distance of rows \[m\].
         #[serde(default, skip_serializing_if = "Option::is_none")]
         wale_pitch: Option<f64>,
+        /// Shape of the loops at the start.
+        rest_shape: RestShape,
         /// Whether yarns slide.
         sliding: bool,
         /// Whether the loops of the last row are secured.
@@ -131,6 +133,37 @@ pub enum ClothShape {
         /// Distance of rows \[m\].
         #[serde(default, skip_serializing_if = "Option::is_none")]
         wale_pitch: Option<f64>,
+        /// Shape of the loops at the start.
+        rest_shape: RestShape,
+        /// Whether yarns slide.
+        sliding: bool,
+    },
+    /// A sewing pattern, draped as a shell and then knitted panel by panel.
+    KnitPattern {
+        /// The file.
+        file: PathBuf,
+        /// Target edge length of the shells \[m\].
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        edge_length: Option<f64>,
+        /// Longest time for which the shells drape \[s\].
+        drape_time: f64,
+        /// Built-in chart or chart file.
+        chart: String,
+        /// Name of its yarn.
+        yarn: String,
+        /// Name of the seams' yarn.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        seam_yarn: Option<String>,
+        /// Rest length of seams over that of the borders.
+        seam_slack: f64,
+        /// Distance of stitches in a row \[m\].
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        course_pitch: Option<f64>,
+        /// Distance of rows \[m\].
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        wale_pitch: Option<f64>,
+        /// Shape of the loops at the start.
+        rest_shape: RestShape,
         /// Whether yarns slide.
         sliding: bool,
     },
@@ -161,6 +194,16 @@ pub enum ClothShape {
         /// Whether yarns slide.
         sliding: bool,
     },
+}
+
+/// Shape of the loops of a knit at the start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RestShape {
+    /// Flat, from the gauge alone.
+    Laid,
+    /// That of a relaxed sample.
+    Relaxed,
 }
 
 /// Texture coordinate along warps and wales.
@@ -222,6 +265,7 @@ impl Cloth {
             ClothShape::Knit { sliding, .. }
             | ClothShape::Woven { sliding, .. }
             | ClothShape::KnitMesh { sliding, .. }
+            | ClothShape::KnitPattern { sliding, .. }
             | ClothShape::WovenMesh { sliding, .. } => Some(sliding),
             _ => None,
         }
@@ -269,6 +313,7 @@ impl Cloth {
             | ClothShape::Knit { .. }
             | ClothShape::Woven { .. }
             | ClothShape::KnitMesh { .. }
+            | ClothShape::KnitPattern { .. }
             | ClothShape::WovenMesh { .. } => None,
         }
     }
