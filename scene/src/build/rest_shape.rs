@@ -98,6 +98,7 @@ pub(super) fn relaxed(
             wale_pitch: Some(pitch[1]),
             rest_shape: RestShape::Laid,
             sliding: true,
+            bind_off: true,
         },
     };
     let damping = options.material.mass_damping.max(DAMPING);
