@@ -12,7 +12,7 @@ use selvedge_record::{
 };
 
 use crate::assembly;
-use crate::build::{Built, BuiltScene};
+use crate::build::{Built, BuiltAttachment, BuiltScene, PinGroup};
 use crate::diagnostic::Diagnostics;
 use crate::process;
 use crate::result;
@@ -243,6 +243,7 @@ fn run_here(
         mut simulation,
         attachments,
         mut effects,
+        pins,
     } = built.simulation(state, &built.drape_stage())?;
     if let Some(checkpoint) = checkpoint {
         let snapshot = Snapshot {
@@ -265,7 +266,7 @@ fn run_here(
             let ending = drape(
                 built,
                 &mut simulation,
-                &attachments,
+                (&attachments, &pins),
                 recorder.as_mut(),
                 &mut frames,
                 &start,
@@ -344,7 +345,7 @@ const START: &str = "start";
 fn drape(
     built: &BuiltScene,
     simulation: &mut Simulation,
-    attachments: &[crate::build::BuiltAttachment],
+    (attachments, pins): (&[BuiltAttachment], &[PinGroup]),
     mut recorder: Option<&mut Recorder>,
     frames: &mut Frames,
     start: &[f64],
@@ -444,7 +445,13 @@ fn drape(
             Outcome::Accepted { dt, report } => {
                 progress.tick(&tick("drape", simulation, dt, &report));
                 if let Some(recorder) = recorder.as_deref_mut() {
-                    recorder.diagnostics(&diagnostics(simulation, dt, &report, &mut booked))?;
+                    recorder.diagnostics(&diagnostics(
+                        simulation,
+                        dt,
+                        &report,
+                        pins,
+                        &mut booked,
+                    ))?;
                     frames.due(built, recorder, simulation)?;
                     if interval.is_some_and(|i| !i.is_zero() && saved.elapsed() >= i) {
                         checkpoint_now(recorder, simulation, start)?;
@@ -509,6 +516,7 @@ fn diagnostics(
     simulation: &Simulation,
     dt: f64,
     report: &StepReport,
+    pins: &[PinGroup],
     booked: &mut Booked,
 ) -> StepDiagnostics {
     let state = simulation.state();
@@ -530,6 +538,7 @@ fn diagnostics(
         contacts: report.contacts,
         candidates: report.candidates,
         max_penetration: report.max_penetration,
+        pins: pins.iter().map(|p| p.held(state, report)).collect(),
         ledger: booked.since(simulation.ledger()),
         note: String::new(),
     }
