@@ -261,6 +261,8 @@ pub enum Format {
     Usd,
     /// Point cache 2.
     Pc2,
+    /// What every step reports as a table: energies, forces of pins.
+    Csv,
 }
 
 /// The arguments with `--json FILE` of `hard` as `--report FILE`: everywhere

@@ -212,6 +212,14 @@ fn series(recording: &Recording) -> Vec<Series> {
         of(&|i| steps[i].residual),
     ));
     all.push(one("step", "step", "ms", false, of(&|i| 1e3 * steps[i].dt)));
+    let pins = steps.last().map(|d| &d.pins).into_iter().flatten();
+    for (k, pin) in pins.enumerate() {
+        let force = of(&|i| {
+            let force = steps[i].pins.get(k).map_or([f64::NAN; 3], |p| p.force);
+            force.map(|f| f * f).iter().sum::<f64>().sqrt()
+        });
+        all.push(one("pin force", &pin.name, "N", false, force));
+    }
     all.push(one(
         "contacts",
         "active contacts",

@@ -44,6 +44,9 @@ pub enum HardError {
     /// A file of the case could not be written.
     #[error("file of the case: {0}")]
     File(#[from] std::io::Error),
+    /// A case of yarns got none that slide.
+    #[error("the scene has no yarns that slide")]
+    NoYarns,
     /// It took too long.
     #[error("not done after {seconds:.0} s, at t = {time:.4} s")]
     Budget {

@@ -38,6 +38,8 @@ pub struct BackwardEuler {
     change: Vec<f64>,
     energies: Vec<f64>,
     contact_energy: f64,
+    /// Impulse that every pin takes of the last residual [N·s].
+    held: Vec<[f64; 3]>,
     forced: Option<CurvaturePolicy>,
     forced_tolerance: Option<f64>,
     /// Residual and linear tolerance of the iteration before.
@@ -68,6 +70,7 @@ impl BackwardEuler {
             change: Vec::new(),
             energies: Vec::new(),
             contact_energy: 0.0,
+            held: Vec::new(),
             forced: None,
             forced_tolerance: None,
             before: None,
@@ -198,7 +201,7 @@ impl BackwardEuler {
         );
         plan.system
             .add_impulse(&evaluation, &mut self.b_try, &mut self.energies, ledger);
-        project(&plan.pins, &mut self.b_try);
+        hold(&plan.pins, &mut self.b_try, &mut self.held);
         Ok(norm_of(self.settings.norm, &self.b_try, plan))
     }
 
@@ -502,6 +505,11 @@ impl Integrator for BackwardEuler {
                 .iter()
                 .map(|c| c.max_penetration())
                 .fold(0.0, f64::max),
+            pin_forces: self
+                .held
+                .iter()
+                .map(|j| j.map(|j| -j / request.dt))
+                .collect(),
             ..report
         })
     }
@@ -563,6 +571,21 @@ fn prescribe(pins: &Pins, q: &[f64], time_end: f64, dt: f64, v: &mut [f64]) {
 fn project(pins: &Option<Pins>, b: &mut [f64]) {
     if let Some(pins) = pins {
         Filter::<f64>::project(&pins.filter, b);
+    }
+}
+
+/// [`project`], and what it takes from the points of pins.
+fn hold(pins: &Option<Pins>, b: &mut [f64], taken: &mut Vec<[f64; 3]>) {
+    taken.clear();
+    let Some(held) = pins else { return };
+    let at = |b: &[f64], p: u32| b.as_chunks::<3>().0[p as usize];
+    taken.extend(held.points.iter().map(|&p| at(b, p)));
+    project(pins, b);
+    for (taken, &p) in taken.iter_mut().zip(&held.points) {
+        let left = at(b, p);
+        for i in 0..3 {
+            taken[i] -= left[i];
+        }
     }
 }
 

@@ -65,4 +65,9 @@ pub struct StepReport {
     pub candidates: usize,
     /// Deepest contact penetration [m].
     pub max_penetration: f64,
+    /// Force with which every pin holds its point at the end of the step [N],
+    /// in the order of [`Pins::points`](crate::Pins::points). It is what is
+    /// missing in the constrained directions, `R = M (v − v_0)/h − F`; a point
+    /// that is listed twice has its whole force at both places.
+    pub pin_forces: Vec<[f64; 3]>,
 }

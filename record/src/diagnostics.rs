@@ -46,6 +46,8 @@ pub struct StepDiagnostics {
     #[serde(with = "nullable")]
     #[schemars(with = "Option<f64>")]
     pub max_penetration: f64,
+    /// Every pin of the scene.
+    pub pins: Vec<PinState>,
     /// Wall-clock seconds by stage. The only part that differs from run to
     /// run.
     #[serde(with = "named")]
@@ -53,6 +55,23 @@ pub struct StepDiagnostics {
     pub ledger: Vec<(String, f64)>,
     /// Why a step was rejected, or another remark; mostly empty.
     pub note: String,
+}
+
+/// What a pin does at the end of a step.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default)]
+pub struct PinState {
+    /// Its name, `pin.0` and so on in the order of the scene.
+    pub name: String,
+    /// Sum of the forces with which it holds its points, inertia and friction
+    /// included, in N.
+    #[serde(with = "nullable::three")]
+    #[schemars(with = "[Option<f64>; 3]")]
+    pub force: [f64; 3],
+    /// Mean position of its points, in m.
+    #[serde(with = "nullable::three")]
+    #[schemars(with = "[Option<f64>; 3]")]
+    pub place: [f64; 3],
 }
 
 impl StepDiagnostics {
@@ -76,6 +95,18 @@ mod nullable {
 
     pub fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<f64, D::Error> {
         Ok(Option::<f64>::deserialize(d)?.unwrap_or(f64::NAN))
+    }
+
+    pub mod three {
+        use super::{Deserialize, Deserializer, Serialize, Serializer};
+
+        pub fn serialize<S: Serializer>(value: &[f64; 3], s: S) -> Result<S::Ok, S::Error> {
+            value.map(|x| x.is_finite().then_some(x)).serialize(s)
+        }
+
+        pub fn deserialize<'de, D: Deserializer<'de>>(d: D) -> Result<[f64; 3], D::Error> {
+            Ok(<[Option<f64>; 3]>::deserialize(d)?.map(|x| x.unwrap_or(f64::NAN)))
+        }
     }
 }
 
@@ -125,6 +156,11 @@ mod tests {
             dt: 1.0 / 3.0,
             residual: f64::INFINITY,
             energies: vec![("z".into(), 1e-300), ("a".into(), f64::NAN)],
+            pins: vec![PinState {
+                name: "pin.0".into(),
+                force: [0.1, f64::NAN, -1e-300],
+                place: [1.0 / 3.0, 0.0, 7.0],
+            }],
             ledger: vec![("solve".into(), 0.123_456_789_012_345_68)],
             ..StepDiagnostics::default()
         };
@@ -133,6 +169,9 @@ mod tests {
         assert_eq!(back.time.to_bits(), d.time.to_bits());
         assert_eq!(back.ledger, d.ledger);
         assert!(back.residual.is_nan());
+        assert_eq!(back.pins[0].place, d.pins[0].place);
+        assert_eq!(back.pins[0].force[0], 0.1);
+        assert!(back.pins[0].force[1].is_nan());
         assert_eq!(back.energies[0], d.energies[0]);
         assert_eq!(back.energies[1].0, "a");
         assert!(back.energies[1].1.is_nan());

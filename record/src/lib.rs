@@ -49,7 +49,7 @@ mod wire;
 mod yarns;
 
 pub use checkpoint::Checkpoint;
-pub use diagnostics::StepDiagnostics;
+pub use diagnostics::{PinState, StepDiagnostics};
 pub use display::LogLevel;
 pub use error::RecordError;
 pub use frame::Frame;

@@ -5,8 +5,8 @@ mod common;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use common::{DT, header, record, state};
-use selvedge_record::export::{Format, FrameRange, export, write_obj};
+use common::{DT, diagnostics, header, record, state};
+use selvedge_record::export::{Format, FrameRange, export, write_obj, write_steps_csv};
 use selvedge_record::{RecordError, Recording, Surface};
 
 fn recording(folder: &Path) -> Recording {
@@ -249,4 +249,36 @@ fn refusals() {
             .contains("obj, ply, glb")
     );
     assert_eq!("gltf".parse::<Format>().unwrap(), Format::Glb);
+}
+
+/// Verifies that every accepted step is a row of the table, to the last bit.
+#[test]
+fn csv() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = recording(folder.path());
+    let path = folder.path().join("run.csv");
+    write_steps_csv(&recording, &path).unwrap();
+    let text = fs::read_to_string(&path).unwrap();
+    let mut lines = text.lines().map(|l| l.split(',').collect::<Vec<_>>());
+    let head = lines.next().unwrap();
+    let column = |name: &str| head.iter().position(|h| *h == name).unwrap();
+    let rows: Vec<_> = lines.collect();
+    let steps = recording.diagnostics().iter().filter(|d| d.accepted);
+    assert_eq!(rows.len(), steps.clone().count());
+    assert!(!rows.is_empty());
+    for (row, d) in rows.iter().zip(steps) {
+        assert_eq!(row.len(), head.len());
+        let number = |name: &str| row[column(name)].parse::<f64>().unwrap().to_bits();
+        let expected = diagnostics(d.step);
+        assert_eq!(number("time [s]"), expected.time.to_bits());
+        assert_eq!(number("bending [J]"), expected.energies[1].1.to_bits());
+        assert_eq!(
+            number("pin.0 force y [N]"),
+            expected.pins[0].force[1].to_bits()
+        );
+        assert_eq!(
+            number("pin.0 place z [m]"),
+            expected.pins[0].place[2].to_bits()
+        );
+    }
 }

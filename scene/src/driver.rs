@@ -13,7 +13,7 @@ use selvedge_record::{
 };
 
 use crate::assembly;
-use crate::build::{Built, BuiltAttachment, BuiltScene, StageOptions, Topology};
+use crate::build::{Built, BuiltAttachment, BuiltScene, PinGroup, StageOptions, Topology};
 use crate::diagnostic::Diagnostics;
 use crate::process;
 use crate::result;
@@ -256,9 +256,11 @@ fn run_here(
     }
     let Built {
         mut simulation,
-        mut attachments,
+        attachments,
         mut effects,
+        pins,
     } = now.built.simulation(state, &drape_stage(built, carried))?;
+    let mut held = Held { attachments, pins };
     if let Some(checkpoint) = checkpoint {
         let snapshot = Snapshot {
             sections: checkpoint.sections,
@@ -280,7 +282,7 @@ fn run_here(
             let ending = drape(
                 &mut now,
                 &mut simulation,
-                &mut attachments,
+                &mut held,
                 recorder.as_mut(),
                 &mut frames,
                 &start,
@@ -430,7 +432,8 @@ pub(crate) fn drape_alone(
     };
     let Built {
         mut simulation,
-        mut attachments,
+        attachments,
+        pins,
         ..
     } = built.simulation(state, &drape_stage(built, carried))?;
     if let Some(dog) = &mut dog {
@@ -444,7 +447,7 @@ pub(crate) fn drape_alone(
     let ending = drape(
         &mut now,
         &mut simulation,
-        &mut attachments,
+        &mut Held { attachments, pins },
         None,
         &mut frames,
         &start,
@@ -485,6 +488,12 @@ pub(crate) fn drape_alone(
 /// Name of the checkpoint section with all that happened to yarns.
 const TOPOLOGY: &str = "topology";
 
+/// What a drape holds by springs and pins.
+struct Held {
+    attachments: Vec<BuiltAttachment>,
+    pins: Vec<PinGroup>,
+}
+
 /// The scene as it is by now, and what has happened to it.
 struct Now<'a> {
     built: Cow<'a, BuiltScene>,
@@ -504,17 +513,18 @@ impl Now<'_> {
     }
 
     /// Changes the simulation where yarns leave their contacts after a step;
-    /// the new attachments and a line about it.
+    /// what is held now and a line about it.
     fn after_step(
         &mut self,
         simulation: &mut Simulation,
-    ) -> Result<Option<(Vec<BuiltAttachment>, String)>, RunError> {
+    ) -> Result<Option<(Held, String)>, RunError> {
         let stage = self.built.drape_stage();
         let next = self.topology.after_step(&self.built, simulation, &stage)?;
         Ok(next.map(|(built, made, line)| {
             simulation.go_on_with(made.simulation);
             self.built = Cow::Owned(built);
-            (made.attachments, line)
+            let (attachments, pins) = (made.attachments, made.pins);
+            (Held { attachments, pins }, line)
         }))
     }
 }
@@ -523,7 +533,7 @@ impl Now<'_> {
 fn drape(
     now: &mut Now<'_>,
     simulation: &mut Simulation,
-    attachments: &mut Vec<BuiltAttachment>,
+    held: &mut Held,
     mut recorder: Option<&mut Recorder>,
     frames: &mut Frames,
     start: &Start,
@@ -539,7 +549,7 @@ fn drape(
             reason,
         })
     };
-    let driven = attachments.iter().any(|a| a.moves());
+    let driven = held.attachments.iter().any(|a| a.moves());
     let mut told = 0;
     let mut booked = Booked::default();
     let changes = now.built.topology_changes();
@@ -567,7 +577,7 @@ fn drape(
         if driven && let Some(dog) = &mut dog {
             dog.before_motion(simulation);
         }
-        for attachment in attachments.iter().filter(|a| a.moves()) {
+        for attachment in held.attachments.iter().filter(|a| a.moves()) {
             attachment.update(time + simulation.next_dt());
         }
         if let Some(dog) = &mut dog {
@@ -623,18 +633,21 @@ fn drape(
             }
             Outcome::Accepted { dt, report } => {
                 progress.tick(&tick("drape", simulation, dt, &report));
-                let mut line = String::new();
+                // What the step did, before its yarns leave their contacts.
+                let mut record = recorder
+                    .as_ref()
+                    .map(|_| diagnostics(simulation, dt, &report, &held.pins, &mut booked));
                 if changes && let Some((new, what)) = now.after_step(simulation)? {
-                    *attachments = new;
-                    line = what;
+                    *held = new;
+                    if let Some(record) = &mut record {
+                        record.note = what;
+                    }
                     if let Some(dog) = &mut dog {
                         dog.changed(simulation);
                     }
                 }
-                if let Some(recorder) = recorder.as_deref_mut() {
-                    let mut diagnostics = diagnostics(simulation, dt, &report, &mut booked);
-                    diagnostics.note = line;
-                    recorder.diagnostics(&diagnostics)?;
+                if let (Some(recorder), Some(record)) = (recorder.as_deref_mut(), &record) {
+                    recorder.diagnostics(record)?;
                     frames.due(&now.built, recorder, simulation)?;
                     if interval.is_some_and(|i| !i.is_zero() && saved.elapsed() >= i) {
                         checkpoint_now(recorder, simulation, now, start)?;
@@ -699,6 +712,7 @@ fn diagnostics(
     simulation: &Simulation,
     dt: f64,
     report: &StepReport,
+    pins: &[PinGroup],
     booked: &mut Booked,
 ) -> StepDiagnostics {
     let state = simulation.state();
@@ -720,6 +734,7 @@ fn diagnostics(
         contacts: report.contacts,
         candidates: report.candidates,
         max_penetration: report.max_penetration,
+        pins: pins.iter().map(|p| p.held(state, report)).collect(),
         ledger: booked.since(simulation.ledger()),
         note: String::new(),
     }

@@ -84,6 +84,7 @@ fn bare_cloth_is_two_terms() {
         simulation,
         attachments,
         effects,
+        ..
     } = build(BARE, &[]);
     assert_eq!(terms(&simulation), ["membrane", "bending"]);
     assert!(simulation.plan().contacts.is_empty());

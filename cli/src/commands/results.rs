@@ -109,6 +109,11 @@ pub fn export(
 ) -> Result<ExitCode, Failure> {
     let (recording, file) = recording(run)?;
     let format = match format {
+        Format::Csv => {
+            let table = output.map_or_else(|| file.with_file_name("run.csv"), Path::to_owned);
+            export::write_steps_csv(&recording, &table)?;
+            return exported(&[table], json);
+        }
         Format::Obj => export::Format::Obj,
         Format::Ply => export::Format::Ply,
         Format::Gltf => export::Format::Glb,
@@ -127,6 +132,11 @@ pub fn export(
     let skin = skin(recording.header(), format, frames.count(&recording))?;
     let skin = skin.as_ref().map(|s| s as &dyn export::Skin);
     let written = export::export_skinned(&recording, format, frames, &output, skin)?;
+    exported(&written, json)
+}
+
+/// Says which files were written.
+fn exported(written: &[PathBuf], json: bool) -> Result<ExitCode, Failure> {
     if json {
         let files: Vec<String> = written.iter().map(|f| f.display().to_string()).collect();
         say!(
@@ -135,9 +145,10 @@ pub fn export(
         )?;
         return Ok(ExitCode::SUCCESS);
     }
-    match written.as_slice() {
+    match written {
         [one] => say!("{}", one.display())?,
-        many => say!("{} files beside {}", many.len(), output.display())?,
+        [first, ..] => say!("{} files from {} on", written.len(), first.display())?,
+        [] => {}
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -14,6 +14,7 @@ mod repeat;
 mod scenes;
 mod starts;
 mod twist;
+mod yarns;
 
 use std::sync::OnceLock;
 
@@ -23,7 +24,7 @@ use crate::Case;
 pub fn all() -> &'static [&'static Case] {
     static ALL: OnceLock<Vec<&'static Case>> = OnceLock::new();
     ALL.get_or_init(|| {
-        let themes: [&'static [Case]; 13] = [
+        let themes: [&'static [Case]; 14] = [
             &integrator::CASES,
             &membrane::CASES,
             &bending::CASES,
@@ -37,6 +38,7 @@ pub fn all() -> &'static [&'static Case] {
             &repeat::CASES,
             &invariance::CASES,
             &twist::CASES,
+            &yarns::CASES,
         ];
         let mut all: Vec<&'static Case> = themes.into_iter().flatten().collect();
         all.sort_by_key(|c| c.number);

@@ -1,5 +1,6 @@
 //! Files for other programs, written whole or not at all.
 
+mod csv;
 mod glb;
 mod obj;
 mod pc2;
@@ -13,6 +14,7 @@ use std::str::FromStr;
 
 use crate::{RecordError, Recording, Surface};
 
+pub use csv::write_steps_csv;
 pub use obj::{write_obj, write_obj_lines};
 pub use ply::write_ply;
 pub use skin::Skin;

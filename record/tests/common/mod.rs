@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use selvedge_record::{
-    BodySurface, Checkpoint, LogLevel, RecordError, Recorder, RecorderOptions, Recording,
+    BodySurface, Checkpoint, LogLevel, PinState, RecordError, Recorder, RecorderOptions, Recording,
     RunHeader, StepDiagnostics,
 };
 use serde_json::json;
@@ -84,6 +84,11 @@ pub fn diagnostics(step: u64) -> StepDiagnostics {
         contacts: 5,
         candidates: 50,
         max_penetration: 1e-5,
+        pins: vec![PinState {
+            name: "pin.0".into(),
+            force: [0.1 * step as f64, -1.0 / 3.0, 0.0],
+            place: [0.0, 1.0, 2.0],
+        }],
         ledger: vec![("assembly".into(), 0.5)],
         ..StepDiagnostics::default()
     }

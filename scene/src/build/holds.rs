@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use selvedge_integrator::{Pins, Term, Trajectory};
+use selvedge_integrator::{Pins, State, StepReport, Term, Trajectory};
 use selvedge_linsolve::BlockFilter;
+use selvedge_record::PinState;
 use selvedge_shell_model::{SharedTargets, attachment_term};
 
 use super::bodies::BuiltBody;
@@ -207,6 +208,38 @@ pub struct BuiltPins {
     pub pins: Pins,
     /// Whether any pin moves.
     pub moves: bool,
+    /// The pins of the scene, in its order.
+    pub groups: Vec<PinGroup>,
+}
+
+/// One `[[pin]]` of a scene.
+#[derive(Clone, Debug)]
+pub struct PinGroup {
+    /// `pin.0`, `pin.1`, …
+    pub name: String,
+    /// Its points and their indices in [`Pins::points`]; what an earlier pin
+    /// holds already is left to that one.
+    pub members: Vec<(u32, u32)>,
+}
+
+impl PinGroup {
+    /// Its force and place after a step.
+    pub(crate) fn held(&self, state: &State, report: &StepReport) -> PinState {
+        let (x, _) = state.q.as_chunks::<3>();
+        let mut pin = PinState {
+            name: self.name.clone(),
+            ..PinState::default()
+        };
+        let share = 1.0 / self.members.len().max(1) as f64;
+        for &(point, place) in &self.members {
+            let force = report.pin_forces.get(place as usize);
+            for i in 0..3 {
+                pin.place[i] += share * x[point as usize][i];
+                pin.force[i] += force.map_or(f64::NAN, |f| f[i]);
+            }
+        }
+        pin
+    }
 }
 
 /// Builds the pins, or `None` when the scene has none.
@@ -217,6 +250,7 @@ pub fn pins(parsed: &Parsed, geometry: &Geometry) -> Result<Option<BuiltPins>, D
     let mut findings = Diagnostics::new();
     let mut filter = BlockFilter::new();
     let mut points = Vec::new();
+    let mut groups = Vec::new();
     // Who holds a point, and whether that moves.
     let mut held: BTreeMap<u32, (usize, bool)> = BTreeMap::new();
     let mut followers = Followers {
@@ -242,8 +276,15 @@ pub fn pins(parsed: &Parsed, geometry: &Geometry) -> Result<Option<BuiltPins>, D
             .map(|p| scene_positions[*p as usize])
             .collect();
         let motion = motion(&pin.motion, pin.interpolation, pin.pivot, &places);
+        let mut group = PinGroup {
+            name: path.clone(),
+            members: Vec::new(),
+        };
         for (&p, place) in chosen.iter().zip(places) {
             let point = geometry.order.new_of_old[p as usize];
+            if !held.contains_key(&point) {
+                group.members.push((point, points.len() as u32));
+            }
             if let Some((other, moves)) = held.insert(point, (i, motion.is_some()))
                 && other != i
                 && (moves || motion.is_some())
@@ -273,6 +314,7 @@ pub fn pins(parsed: &Parsed, geometry: &Geometry) -> Result<Option<BuiltPins>, D
                 followers.motion.push(motion.clone());
             }
         }
+        groups.push(group);
     }
     if findings.has_errors() {
         return Err(findings);
@@ -288,6 +330,7 @@ pub fn pins(parsed: &Parsed, geometry: &Geometry) -> Result<Option<BuiltPins>, D
             trajectory: Box::new(followers),
         },
         moves,
+        groups,
     }))
 }
 

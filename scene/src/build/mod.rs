@@ -44,7 +44,7 @@ use crate::file::{Parsed, SceneFile};
 
 pub use bodies::BuiltBody;
 pub use geometry::{Geometry, Part};
-pub use holds::BuiltAttachment;
+pub use holds::{BuiltAttachment, PinGroup};
 pub use passages::Passages;
 pub use sewn::Sewn;
 pub use system::broad_phase;
@@ -105,6 +105,8 @@ pub struct Built {
     pub attachments: Vec<BuiltAttachment>,
     /// What is on and off, and why.
     pub effects: Vec<EffectRow>,
+    /// Which points every pin of the scene holds.
+    pub pins: Vec<PinGroup>,
 }
 
 /// Loosest relative tolerance of a linear solve that `eisenstat-walker` takes.
@@ -322,7 +324,10 @@ impl BuiltScene {
             .map_err(collision_error)?;
         let system =
             system::system(scene, &terms, &inertia, &owners).map_err(|e| refuse(e.to_string()))?;
-        let mut pins = pins.map(|p| p.pins);
+        let (mut pins, groups) = match pins {
+            Some(p) => (Some(p.pins), p.groups),
+            None => (None, Vec::new()),
+        };
         if let Some(yarns) = &g.yarns
             && yarns.sliding
         {
@@ -348,6 +353,7 @@ impl BuiltScene {
             simulation,
             attachments,
             effects,
+            pins: groups,
         })
     }
 
