@@ -441,7 +441,7 @@ mod tests {
                 assert!((f + g).norm() < 1e-13 * g.norm());
             }
             energy.fading = true;
-            q[9..12].copy_from_slice(&[-0.07, -0.1, 0.02]);
+            q[9..12].copy_from_slice(&[-0.1, -0.09, 0.03]);
             energy.gradient(0, &q, &at(&q), &mut g);
             let x = std::array::from_fn(|i| get(&q, 3 * i));
             let forces = wrapping_force(&element, FRAC_PI_2, energy.previous[0], x);
