@@ -1,4 +1,4 @@
-use crate::vec3::{Block, V, outer, symmetric};
+use crate::vec3::{Block, V, outer, square, symmetric};
 
 /// Dihedral angle at an axis `x0 → x1` between two wings, `x4` and `x3`.
 ///
@@ -7,7 +7,12 @@ use crate::vec3::{Block, V, outer, symmetric};
 /// ∇ψ  = − Σ_w (α_w ⊗ n_w),      α = (−(1−s), −s, 1 at o)/η,   β = (−1, 1)/l
 /// ∇²ψ = Σ_w (P_w + P_wᵀ),       P = (α⊗n)(α⊗m)ᵀ + (β⊗n)(α⊗t + ½ β⊗m)ᵀ
 /// ```
-/// `η` is the height of a wing [m], `s` its foot in units of the axis.
+/// `η` is the height of a wing [m], `s` its foot in units of the axis. With it
+///
+/// ```text
+/// ∇η  = η α ⊗ m
+/// ∇²η = η ((α⊗n)(α⊗n)ᵀ − (α⊗t)(β⊗m)ᵀ − (β⊗m)(α⊗t)ᵀ − (β⊗m)(β⊗m)ᵀ)
+/// ```
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Dihedral {
     t: V,
@@ -68,6 +73,41 @@ impl Dihedral {
     #[inline(always)]
     pub fn heights(&self) -> [f64; 2] {
         [1.0 / self.wings[0].inverse, 1.0 / self.wings[1].inverse]
+    }
+
+    /// `∂η/∂x` of both heights [1], by `x0, x1, x3, x4`.
+    #[inline(always)]
+    pub fn height_gradients(&self) -> [[V; 4]; 2] {
+        let [a, b] = &self.wings;
+        let of = |w: &Wing| (w.m * (w.foot - 1.0), w.m * -w.foot);
+        let ((a0, a1), (b0, b1)) = (of(a), of(b));
+        let none = V::zeros();
+        [[a0, a1, none, a.m], [b0, b1, b.m, none]]
+    }
+
+    /// Adds `c ∇²η` of wing `w` (0: `x4`, 1: `x3`) to a matrix of `x0, x1, x3,
+    /// x4`.
+    #[inline(always)]
+    pub fn add_second_height(&self, w: usize, c: f64, h: &mut [[f64; 12]; 12]) {
+        let wing = &self.wings[w];
+        let alpha = [wing.foot - 1.0, -wing.foot, 1.0];
+        let beta = [-self.inverse, self.inverse, 0.0];
+        let nn = square(c * wing.inverse, wing.n);
+        let mm = square(c / wing.inverse, wing.m);
+        let tm = outer(self.t * c, wing.m);
+        let at = [0, 3, if w == 0 { 9 } else { 6 }];
+        for i in 0..3 {
+            let (a, b) = (alpha[i], beta[i]);
+            let own = symmetric(-c * a * b, self.t, wing.m);
+            add(h, at[i], at[i], &(nn * (a * a) + own - mm * (b * b)));
+            for j in i + 1..3 {
+                let block = nn * (a * alpha[j])
+                    - tm * (a * beta[j])
+                    - tm.transpose() * (b * alpha[j])
+                    - mm * (b * beta[j]);
+                add_both(h, at[i], at[j], &block);
+            }
+        }
     }
 
     /// The signed angle in [−π, π], zero when the wings are opposite.

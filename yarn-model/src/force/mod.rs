@@ -7,6 +7,7 @@
 mod angle;
 pub(crate) mod bending;
 mod dihedral;
+mod fading;
 mod gravity;
 mod inertia;
 mod length;

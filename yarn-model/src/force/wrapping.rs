@@ -3,7 +3,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use selvedge_energy::{Curvature, EvalPoint, StencilEnergy};
 
 use super::dihedral::Dihedral;
-use crate::vec3::{V, get, put, put_both, set, square};
+use super::fading::{FADE, Wrapped, both, flat};
+use crate::vec3::{V, get, set};
 use crate::{NONE, StitchContact, YarnNetwork};
 
 /// Twice the area of a wing and its axis, in units of `L²`, below which the
@@ -60,40 +61,34 @@ pub struct WrapElement {
 /// history) and continued from, so that an element swept through ±π keeps its
 /// energy and force.
 ///
-/// **Fading.** Near a wing in line with the axis the force grows as the inverse
-/// of the wing's height η, and the angle means nothing for yarns of a radius. A
-/// step keeps `k_w` times, for both wings,
+/// **Fading.** A wing in line with the axis has no angle, and near it the force
+/// of the energy above grows as the inverse of the wing's height η. Bending
+/// pulls the wings there, so that nothing comes to rest. Elements of
+/// [`new`](Self::new) therefore have
 ///
 /// ```text
-/// η⁴/(η⁴ + η0⁴),   η0 = L/4
+/// V = k_w L (½ ψ0² + w(η_3) w(η_4) (½ (ψ − ψ0)² − ½ ψ0²))
+/// w(η) = x⁴ (35 − 84 x + 70 x² − 20 x³),   x = min(1, η/(L/2))
 /// ```
-/// taken where the step starts; 0.99 and more in a stitch at rest. Deviation:
-/// [Cirio2017] has no such factor.
+/// which is the same where both wings stand L/2 or more above the axis, has the
+/// energy of a flat stitch where one is in line with it, and has continuous
+/// third derivatives in between. So a wing that is wrapped at all is kept off
+/// its axis by the energy it would lose. Their semidefinite second derivative
+/// keeps the positive part by `(ψ, η_3, η_4)` and drops `∇²ψ, ∇²η`. Where
+/// `w w < ½` the angle continued from is ψ0: a wing that passes its axis has no
+/// turns to remember. Deviation: [Cirio2017] has no such factor.
 ///
 /// Degenerate cases: a wing in line with the axis (`|v| < 1e-8 L²`) or an axis
-/// without length has no angle; the element is ignored.
+/// without length has no angle and no force; without fading the element is
+/// ignored.
 #[derive(Clone, Debug)]
 pub struct StitchWrapping {
     stencils: Vec<[u32; 4]>,
     data: Vec<Data>,
     rest: f64,
     previous: Vec<f64>,
-    /// Factors of fading; empty without.
-    weights: Vec<f64>,
-}
-
-/// Height of a wing at which an element fades to a half, in contact lengths.
-const FADE: f64 = 0.25;
-
-/// Factor of fading.
-#[inline(always)]
-fn faded(frame: &Dihedral, length: f64) -> f64 {
-    let floor = (FADE * length).powi(4);
-    let [a, b] = frame.heights().map(|h| {
-        let h4 = (h * h) * (h * h);
-        h4 / (h4 + floor)
-    });
-    a * b
+    /// Whether wings near their axis fade.
+    fading: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -112,24 +107,8 @@ impl StitchWrapping {
     pub fn new(network: &YarnNetwork) -> Self {
         let elements = Self::elements(network);
         let mut energy = Self::from_elements(&elements, &network.points, FRAC_PI_2);
-        energy.weights = vec![1.0; elements.len()];
-        energy.fade(|stencil| gathered(stencil, &network.points));
+        energy.fading = true;
         energy
-    }
-
-    /// Factors of fading for local unknowns of the elements.
-    fn fade(&mut self, at: impl Fn(&[u32; 4]) -> [f64; 12]) {
-        let elements = self.stencils.iter().zip(&self.data);
-        for ((stencil, data), weight) in elements.zip(&mut self.weights) {
-            let frame = frame(&at(stencil), data.floor);
-            *weight = frame.map_or(0.0, |f| faded(&f, data.length));
-        }
-    }
-
-    /// `k_w L` of an element in this step [N·m].
-    #[inline(always)]
-    fn stiffness(&self, e: usize) -> f64 {
-        self.data[e].stiffness * self.weights.get(e).copied().unwrap_or(1.0)
     }
 
     /// Given elements, the points where their angles start [m], and the rest
@@ -151,7 +130,7 @@ impl StitchWrapping {
                 .collect(),
             rest,
             previous: vec![rest; elements.len()],
-            weights: Vec::new(),
+            fading: false,
         };
         for e in 0..elements.len() {
             let q = gathered(&elements[e].points, points);
@@ -208,13 +187,35 @@ impl StitchWrapping {
         self.rest
     }
 
-    /// Frame and `ψ − ψ0`.
     #[inline(always)]
-    fn wrapped(&self, e: usize, q: &[f64; 12]) -> Option<(Dihedral, f64)> {
+    fn wrapped(&self, e: usize, q: &[f64; 12]) -> Option<Wrapped> {
         let data = &self.data[e];
         let frame = frame(q, data.floor)?;
         let angle = unwrap(data.sigma * frame.angle(), self.previous[e]);
-        Some((frame, angle - self.rest))
+        let high = if self.fading { FADE * data.length } else { 0.0 };
+        let (sigma, strain) = (data.sigma, angle - self.rest);
+        Some(Wrapped::new(
+            frame,
+            strain,
+            sigma,
+            data.stiffness,
+            high,
+            flat(self.rest),
+        ))
+    }
+
+    /// Weight of a fading element.
+    fn weight_of(&self, e: usize, frame: &Dihedral) -> f64 {
+        both(frame, FADE * self.data[e].length)
+    }
+
+    /// Value of an element without an angle [J].
+    fn constant(&self, e: usize) -> f64 {
+        if self.fading {
+            self.data[e].stiffness * flat(self.rest)
+        } else {
+            0.0
+        }
     }
 }
 
@@ -311,9 +312,10 @@ pub(crate) fn wrapping_force(
         return [V::zeros(); 4];
     };
     let psi = unwrap(element.sigma * frame.angle(), previous);
-    let stiffness = element.stiffness * faded(&frame, element.length);
-    let moment = stiffness * (psi - rest) * element.sigma;
-    frame.gradient().map(|g| g * -moment)
+    let (strain, sigma) = (psi - rest, element.sigma);
+    let high = FADE * element.length;
+    let wrapped = Wrapped::new(frame, strain, sigma, element.stiffness, high, flat(rest));
+    wrapped.gradient().map(|g| -g)
 }
 
 impl StencilEnergy<4, 12> for StitchWrapping {
@@ -326,22 +328,21 @@ impl StencilEnergy<4, 12> for StitchWrapping {
     #[inline]
     fn value(&self, e: usize, q: &[f64; 12], _: &EvalPoint<'_>) -> f64 {
         match self.wrapped(e, q) {
-            Some((_, strain)) => 0.5 * self.stiffness(e) * strain * strain,
-            None => 0.0,
+            Some(w) => w.value,
+            None => self.constant(e),
         }
     }
 
     #[inline]
     fn gradient(&self, e: usize, q: &[f64; 12], _: &EvalPoint<'_>, g: &mut [f64; 12]) -> f64 {
-        let Some((frame, strain)) = self.wrapped(e, q) else {
+        let Some(w) = self.wrapped(e, q) else {
             *g = [0.0; 12];
-            return 0.0;
+            return self.constant(e);
         };
-        let (stiffness, sigma) = (self.stiffness(e), self.data[e].sigma);
-        for (i, psi) in frame.gradient().into_iter().enumerate() {
-            set(g, 3 * i, psi * (stiffness * strain * sigma));
+        for (i, slope) in w.gradient().into_iter().enumerate() {
+            set(g, 3 * i, slope);
         }
-        0.5 * stiffness * strain * strain
+        w.value
     }
 
     #[inline]
@@ -354,39 +355,32 @@ impl StencilEnergy<4, 12> for StitchWrapping {
         g: &mut [f64; 12],
         h: &mut [[f64; 12]; 12],
     ) -> f64 {
-        let Some((frame, strain)) = self.wrapped(e, q) else {
+        let Some(w) = self.wrapped(e, q) else {
             *g = [0.0; 12];
             *h = [[0.0; 12]; 12];
-            return 0.0;
+            return self.constant(e);
         };
-        let (stiffness, sigma) = (self.stiffness(e), self.data[e].sigma);
-        let moment = stiffness * strain * sigma;
-        let psi = frame.gradient();
-        for i in 0..4 {
-            set(g, 3 * i, psi[i] * moment);
+        for (i, slope) in w.gradient().into_iter().enumerate() {
+            set(g, 3 * i, slope);
         }
-        for i in 0..4 {
-            put(h, 3 * i, 3 * i, &square(stiffness, psi[i]));
-            for j in i + 1..4 {
-                put_both(h, 3 * i, 3 * j, &(psi[i] * stiffness * psi[j].transpose()));
-            }
-        }
-        if curvature == Curvature::Exact {
-            frame.add_second(moment, h);
-        }
-        0.5 * stiffness * strain * strain
-    }
-
-    fn begin_step(&mut self, at: &EvalPoint<'_>) {
-        self.fade(|stencil| at.gather_start::<4, 12>(&[3; 4], stencil));
+        w.hessian(curvature, h);
+        w.value
     }
 
     fn commit(&mut self, at: &EvalPoint<'_>) {
         for e in 0..self.stencils.len() {
             let q = at.gather::<4, 12>(&[3; 4], &self.stencils[e]);
-            match self.angle(e, &q) {
-                Some(angle) if angle.is_finite() => self.previous[e] = angle,
-                _ => (),
+            let Some(frame) = frame(&q, self.data[e].floor) else {
+                continue;
+            };
+            // A wing that passes its axis has no turns to remember.
+            let near = match self.fading && self.weight_of(e, &frame) < 0.5 {
+                true => self.rest,
+                false => self.previous[e],
+            };
+            let angle = unwrap(self.data[e].sigma * frame.angle(), near);
+            if angle.is_finite() {
+                self.previous[e] = angle;
             }
         }
     }
@@ -403,7 +397,6 @@ impl StencilEnergy<4, 12> for StitchWrapping {
         size_of_val(&self.stencils[..])
             + size_of_val(&self.data[..])
             + size_of_val(&self.previous[..])
-            + size_of_val(&self.weights[..])
     }
 }
 
@@ -415,17 +408,18 @@ mod tests {
 
     #[test]
     fn force_is_minus_the_gradient() {
-        let q = [
-            0.0, 0.0, 0.0, 0.14, 0.2, 0.02, 0.5, 0.2, -0.1, -0.36, 0.03, -0.15,
-        ];
-        let points = q.as_chunks::<3>().0;
-        let at = EvalPoint {
-            layout: DofLayout::points(4),
-            q: &q,
-            q_start: &q,
-            dt: 1.0,
-        };
+        fn at(q: &[f64; 12]) -> EvalPoint<'_> {
+            EvalPoint {
+                layout: DofLayout::points(4),
+                q,
+                q_start: q,
+                dt: 1.0,
+            }
+        }
         for sigma in [-1.0, 1.0] {
+            let mut q = [
+                0.0, 0.0, 0.0, 0.14, 0.2, 0.02, 0.5, 0.2, -0.1, -0.36, 0.03, -0.15,
+            ];
             let element = WrapElement {
                 points: [0, 1, 2, 3],
                 contact: 0,
@@ -434,17 +428,28 @@ mod tests {
                 stiffness: 0.7,
                 length: 0.25,
             };
-            let energy = StitchWrapping::from_elements(&[element], points, FRAC_PI_2);
+            let points = q.as_chunks::<3>().0;
+            let mut energy = StitchWrapping::from_elements(&[element], points, FRAC_PI_2);
             let mut g = [0.0; 12];
-            energy.gradient(0, &q, &at, &mut g);
+            energy.gradient(0, &q, &at(&q), &mut g);
             let x = std::array::from_fn(|i| get(&q, 3 * i));
             let forces = wrapping_force(&element, FRAC_PI_2, 0.0, x);
-            // The force alone fades; elements given one by one do not.
-            let frame = Dihedral::new(x[0], x[1], x[2], x[3], 0.0).expect("wings");
-            let fade = faded(&frame, element.length);
-            assert!(fade > 0.5 && fade < 1.0);
+            // The force alone fades; elements given one by one do not, but
+            // these wings are high.
             for (i, f) in forces.iter().enumerate() {
-                let g = get(&g, 3 * i) * fade;
+                let g = get(&g, 3 * i);
+                assert!((f + g).norm() < 1e-13 * g.norm());
+            }
+            energy.fading = true;
+            q[9..12].copy_from_slice(&[-0.1, -0.09, 0.03]);
+            energy.gradient(0, &q, &at(&q), &mut g);
+            let x = std::array::from_fn(|i| get(&q, 3 * i));
+            let forces = wrapping_force(&element, FRAC_PI_2, energy.previous[0], x);
+            let frame = Dihedral::new(x[0], x[1], x[2], x[3], 0.0).expect("wings");
+            let fade = both(&frame, FADE * element.length);
+            assert!(fade > 0.1 && fade < 0.9, "{fade}");
+            for (i, f) in forces.iter().enumerate() {
+                let g = get(&g, 3 * i);
                 assert!((f + g).norm() < 1e-13 * g.norm());
             }
             let x = [x[0], x[1], x[2], x[0]];

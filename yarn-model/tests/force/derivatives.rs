@@ -286,6 +286,72 @@ fn wrapping() {
     }
 }
 
+/// Wings close to their axes, where the energy fades into a constant: the force
+/// is its gradient there too, stays bounded and goes out.
+#[test]
+fn wrapping_fades() {
+    let network = stitch(YarnMaterial::default(), -1, false, false);
+    let term = Batch::<_, 4, 12>::new("wrapping", StitchWrapping::new(&network));
+    let length = network.stitches[0].rest;
+    let stiffness = network.materials[0].wrapping * length;
+    let flat = 0.5 * stiffness * (0.5 * std::f64::consts::PI).powi(2);
+    let mut random = Random(13);
+    let nodes: [u32; 4] = term.nodes(0).try_into().unwrap();
+    let mut worst = [0.0f64; 4];
+    for (height, worst) in [0.6, 0.3, 0.1, 0.01].into_iter().zip(&mut worst) {
+        for sample in 0..20 {
+            let mut q = unknowns(&network);
+            let place = |q: &[f64], i: u32| {
+                let i = 3 * i as usize;
+                nalgebra::Vector3::new(q[i], q[i + 1], q[i + 2])
+            };
+            let [x0, x1] = [nodes[0], nodes[1]].map(|i| place(&q, i));
+            let axis = (x1 - x0).normalize();
+            // Wings beyond both ends of the axis, one of them at this height. With
+            // both near the axis the force drowns in the rounding of the constant.
+            let heights = match sample % 2 {
+                0 => [height, 0.4],
+                _ => [0.4, height],
+            };
+            let ends = [(nodes[2], x1, 1.0), (nodes[3], x0, -1.0)];
+            for ((node, end, out), height) in ends.into_iter().zip(heights) {
+                let any = nalgebra::Vector3::new(random.next(), random.next(), random.next());
+                let across = (any - axis * any.dot(&axis)).normalize();
+                let x = end + axis * (out * 0.7 * length) + across * (height * length);
+                q[3 * node as usize..][..3].copy_from_slice(x.as_slice());
+            }
+            // Differences across the cut, π from the angle at the start, see a jump.
+            let mut local = [0.0; 12];
+            for (x, node) in local.as_chunks_mut::<3>().0.iter_mut().zip(nodes) {
+                *x = place(&q, node).into();
+            }
+            let angle = term.energy().angle(0, &local).unwrap();
+            if angle.abs() > 2.8 {
+                continue;
+            }
+            let start = q.clone();
+            let at = at(&network, &q, &start);
+            for curvature in [Curvature::Exact, Curvature::Projected] {
+                let (value, g, h) = evaluate(&term, &at, curvature, 0);
+                let size = g.iter().fold(0.0, |a: f64, g| a.max(g.abs()));
+                *worst = worst.max(size * length / stiffness);
+                let faded = height < 0.5;
+                assert!(!faded || (value - flat).abs() < 20.0 * stiffness);
+                assert!(h.iter().all(|h| h.is_finite()));
+            }
+            if let Err(error) = check_derivatives(&term, &at, 2e-5) {
+                panic!("{error}: height {height}, angle {angle}, sample {sample}");
+            }
+            if let Err(error) = check_projection(&term, &at, Curvature::Projected, 1e-9) {
+                panic!("{error}");
+            }
+        }
+    }
+    // Of order 10 at most; it goes out with the square of the height.
+    assert!(worst.iter().all(|w| *w < 40.0), "{worst:?}");
+    assert!(worst[3] < 0.02 * worst[2], "{worst:?}");
+}
+
 /// The steps of the differences are those of metres where a stencil has no
 /// points, so these networks are large.
 #[test]

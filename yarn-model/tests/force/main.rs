@@ -6,4 +6,5 @@ mod derivatives;
 mod golden;
 mod inertia;
 mod limits;
+mod rest;
 mod wrapping;

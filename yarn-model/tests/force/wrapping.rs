@@ -166,17 +166,8 @@ fn past_a_half_turn() {
             .angle(0, local[..].try_into().unwrap())
             .unwrap()
     };
-    // Turns about the axis leave the wings' heights, and so what fades.
-    let [x0, x1, x3, x4] = element
-        .points
-        .map(|p| nalgebra::Vector3::from(network.points[p as usize]));
-    let axis = (x1 - x0).normalize();
-    let fade = |wing: nalgebra::Vector3<f64>| {
-        let height = (wing - x0).cross(&axis).norm();
-        1.0 / (1.0 + (0.25 * element.length / height).powi(4))
-    };
-    let stiffness = element.stiffness * fade(x3) * fade(x4);
-    assert!(stiffness > 0.9 * element.stiffness && stiffness < element.stiffness);
+    // Turns about the axis leave the wings' heights, beyond what fades.
+    let stiffness = element.stiffness;
     // Which way is positive.
     let way = psi(&energy, &state(0.1)).signum();
     let steps = 40;
