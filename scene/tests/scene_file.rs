@@ -159,7 +159,7 @@ fn places_of_mistakes() {
         (
             "[[pin]]\nkind = \"fixed\"\nselect = { corner = \"all\", points = [1] }\n",
             "s.toml:5:10: `pin.0.select` needs exactly one key, it has 2 (one of corner, edge, \
-             box, points, label, nearest)",
+             box, points, label, nearest, yarn)",
         ),
         (
             "[[pin]]\nkind = \"fixed\"\ncloth = \"cloht\"\nselect = { edge = \"top\" }\n",
