@@ -251,6 +251,29 @@ fn matrix_free_moves_alike() {
     assert!(b.state().q == run(&free, 3, 2).state().q);
 }
 
+/// The same for a shell that hangs by a corner.
+#[test]
+fn matrix_free_shells_move_alike() {
+    let sheet = "[[cloth]]\nsize = [0.1, 0.1]\npoints = [6, 6]\n\
+                 [[pin]]\nselect = { corner = \"top-left\" }\n[relaxation]\nenabled = false\n";
+    let with = |product| {
+        let all = [
+            ("solver.precision", "f64"),
+            ("solver.tolerance", "1e-12"),
+            ("solver.preconditioner", "block-jacobi"),
+            ("solver.product", product),
+        ];
+        run(&build(sheet, &all).expect("a scene"), 10, 1)
+    };
+    let (a, b) = (with("assembled"), with("matrix-free"));
+    assert!(b.plan().system.name().starts_with("matrix-free"));
+    let (p, q) = (&a.state().v, &b.state().v);
+    let size = p.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let apart = p.iter().zip(q).map(|(p, q)| (p - q).abs());
+    let apart = apart.fold(0.0, f64::max);
+    assert!(size > 0.0 && apart < 1e-9 * size, "{apart:e} of {size:e}");
+}
+
 /// Memory of the linear system with all that it keeps, for each point of a knit,
 /// by product, preconditioner and precision.
 #[test]
