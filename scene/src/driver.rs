@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use selvedge_integrator::{
-    EndReason, Ledger, Outcome, RelaxationSettings, Simulation, SimulationError, Snapshot, StepReport,
+    EndReason, Ledger, Outcome, RelaxationSettings, Simulation, SimulationError, Snapshot,
+    StepReport,
 };
 use selvedge_record::{
     BodySurface, Checkpoint, RecordError, Recorder, RecorderOptions, RunHeader, StepDiagnostics,

@@ -102,6 +102,15 @@ impl Progress for StopAt {
     fn note(&mut self, _: &str) {}
 }
 
+/// Most of a small patch comes apart, and its held points are counted anew.
+#[test]
+fn a_small_patch_comes_apart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let s = whole(KNIT, folder.path(), &[("cloth.0.stitches", "[2, 2]")]).summary;
+    assert_eq!(s.status, Status::Finished, "{}", s.reason);
+    assert!(s.topology.expect("counts").removed > 0);
+}
+
 /// The row comes out loop by loop; energy goes with it; the frames, of as many
 /// points all along, show it.
 #[test]
@@ -136,6 +145,17 @@ fn a_row_unravels() {
     let first = recording.frame(0).expect("a frame");
     let way = last.positions[3 * tip + 2] - first.positions[3 * tip + 2];
     assert!((way + 0.16).abs() < 1e-9, "{way}");
+    // Pins are followed through every change of the points.
+    let pulled = |k: usize| &recording.diagnostics()[k].pins[1];
+    for (k, step) in recording.diagnostics().iter().enumerate() {
+        if step.accepted {
+            let fell = pulled(k).place[2] + 0.4 * step.time;
+            assert!(
+                (fell - pulled(0).place[2] - 0.4 * recording.diagnostics()[0].time).abs() < 1e-9
+            );
+            assert!(pulled(k).force.iter().all(|f| f.is_finite()));
+        }
+    }
     // Steps with events say what went.
     let told = recording.diagnostics().iter();
     assert!(told.filter(|d| d.note.contains("drawn out")).count() >= 4);
@@ -197,4 +217,20 @@ fn off_and_impossible() {
     assert!(network.strands.len() > plain.geometry.recorded_points());
     let set = [("cloth.0.sliding".to_owned(), "false".to_owned())];
     assert!(file::parse(KNIT, &folder.path().join("scene.toml"), &set).is_err());
+    // A shell has no yarns to leave, nor to hold.
+    let sheet = "[[cloth]]\nsize = [0.1, 0.1]\n[topology]\nchanges = true\n";
+    let path = folder.path().join("scene.toml");
+    let parsed = file::parse(sheet, &path, &[]).expect("a valid scene");
+    let told = parsed.warnings.findings().iter();
+    assert_eq!(
+        told.filter(|f| f.to_string().contains("does nothing"))
+            .count(),
+        1
+    );
+    let pin = "[[cloth]]\nsize = [0.1, 0.1]\n[[pin]]\nselect = { yarn = { index = 0, end = \"last\" } }\n";
+    let parsed = file::parse(pin, &path, &[]).expect("a valid scene");
+    let built = BuiltScene::new(parsed).expect("a sheet");
+    let refused = built.simulation(built.geometry.start(), &built.drape_stage());
+    let message = refused.map(|_| ()).expect_err("no yarns").findings()[0].to_string();
+    assert!(message.contains("not made of yarns"), "{message}");
 }

@@ -133,6 +133,9 @@ fn yarn_ends(
     index: i64,
     end: YarnEnd,
 ) -> Result<Vec<u32>, String> {
+    if geometry.yarns.is_none() {
+        return Err(format!("cloth `{}` is not made of yarns", part.name));
+    }
     let all = geometry.yarn_ends();
     let own: Vec<[u32; 2]> = all
         .into_iter()
@@ -282,9 +285,7 @@ pub fn pins(parsed: &Parsed, geometry: &Geometry) -> Result<Option<BuiltPins>, D
         };
         for (&p, place) in chosen.iter().zip(places) {
             let point = geometry.order.new_of_old[p as usize];
-            if !held.contains_key(&point) {
-                group.members.push((point, points.len() as u32));
-            }
+            let first = !held.contains_key(&point);
             if let Some((other, moves)) = held.insert(point, (i, motion.is_some()))
                 && other != i
                 && (moves || motion.is_some())
@@ -308,6 +309,9 @@ pub fn pins(parsed: &Parsed, geometry: &Geometry) -> Result<Option<BuiltPins>, D
                 if let Err(e) = added {
                     findings.push(parsed.locations.error("scene::pin", &path, e.to_string()));
                     break;
+                }
+                if first {
+                    group.members.push((point, points.len() as u32));
                 }
                 points.push(point);
                 followers.start.push(place);

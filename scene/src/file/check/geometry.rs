@@ -39,6 +39,14 @@ impl Check<'_> {
     pub(super) fn yarns(&mut self) {
         let cloth = &self.scene.cloth;
         let Some(first) = cloth.iter().position(Cloth::is_of_yarns) else {
+            if self.scene.topology.changes {
+                self.warning(
+                    "scene::yarns",
+                    "topology.changes",
+                    "`topology.changes` does nothing: no cloth is made of yarns",
+                    "leave it out",
+                );
+            }
             return;
         };
         let other = cloth.iter().position(|c| !c.is_of_yarns());
