@@ -64,6 +64,7 @@ duration = 0.1
 [assemble]
 seam_time = 0.1
 settle_time = 0.05
+coarsest = 0
 [mesh]
 edge_length = 0.02
 [fabric.garment]

@@ -40,8 +40,10 @@ fn coarse_scene(built: &BuiltScene) -> Option<BuiltScene> {
     if !applies(built.scene()) {
         return None;
     }
+    let mut scene = coarser(built.scene(), 2.0).ok()?;
+    scene.stop.early = true;
     let parsed = Parsed {
-        scene: coarser(built.scene(), 2.0).ok()?,
+        scene,
         ..built.parsed.clone()
     };
     let coarse = BuiltScene::new(parsed).ok()?;
