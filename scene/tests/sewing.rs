@@ -1,28 +1,17 @@
 //! Runs that end while a garment is sewn.
 
+mod common;
+
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use common::TUBE;
 use selvedge_scene::build::BuiltScene;
 use selvedge_scene::driver::{self, Progress, RunOptions, RunResult, Silent, Tick};
 use selvedge_scene::file;
 use selvedge_scene::summary::Status;
 use selvedge_scene::watchdog::{Dump, Trouble};
-
-/// Half a tube in front of a column and half behind it, sewn together.
-const TUBE: &str = r#"{"pattern": {"panels": {
-    "front": {"vertices": [[0, 0], [34, 0], [34, 20], [0, 20]],
-        "edges": [{"endpoints": [0, 1]}, {"endpoints": [1, 2]},
-                  {"endpoints": [2, 3]}, {"endpoints": [3, 0]}],
-        "translation": [-17, 0, 14], "rotation": [0, 0, 0]},
-    "back": {"vertices": [[0, 0], [34, 0], [34, 20], [0, 20]],
-        "edges": [{"endpoints": [0, 1]}, {"endpoints": [1, 2]},
-                  {"endpoints": [2, 3]}, {"endpoints": [3, 0]}],
-        "translation": [17, 0, -14], "rotation": [0, 180, 0]}},
-    "stitches": [[{"panel": "front", "edge": 3}, {"panel": "back", "edge": 1}],
-                 [{"panel": "front", "edge": 1}, {"panel": "back", "edge": 3}]]},
-    "properties": {"units_in_meter": 100}}"#;
 
 const SCENE: &str = r#"
 name = "tube"
