@@ -116,14 +116,8 @@ impl<E: StencilEnergy<N, M>, const N: usize, const M: usize> EnergyBatch for Bat
     }
 
     fn gradients(&self, at: &EvalPoint<'_>, range: Range<usize>, gradients: &mut [f64]) -> f64 {
-        let stencils = self.energy.stencils();
         let (gradients, _) = gradients.as_chunks_mut::<M>();
-        let mut sum = 0.0;
-        for (e, g) in range.zip(gradients) {
-            let q = at.gather::<N, M>(&E::NODE_DIMS, &stencils[e]);
-            sum += self.energy.gradient(e, &q, at, g);
-        }
-        sum
+        self.energy.gradients(range, at, gradients)
     }
 
     fn hessians(
@@ -134,16 +128,11 @@ impl<E: StencilEnergy<N, M>, const N: usize, const M: usize> EnergyBatch for Bat
         gradients: &mut [f64],
         hessians: &mut [f64],
     ) -> f64 {
-        let stencils = self.energy.stencils();
         let (gradients, _) = gradients.as_chunks_mut::<M>();
         let (rows, _) = hessians.as_chunks_mut::<M>();
         let (hessians, _) = rows.as_chunks_mut::<M>();
-        let mut sum = 0.0;
-        for ((e, g), h) in range.zip(gradients).zip(hessians) {
-            let q = at.gather::<N, M>(&E::NODE_DIMS, &stencils[e]);
-            sum += self.energy.hessian(e, &q, at, curvature, g, h);
-        }
-        sum
+        self.energy
+            .hessians(range, at, curvature, gradients, hessians)
     }
 
     fn is_conservative(&self) -> bool {

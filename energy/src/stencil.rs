@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use crate::EvalPoint;
 
 /// Which second derivative an energy returns.
@@ -43,6 +45,42 @@ pub trait StencilEnergy<const N: usize, const M: usize>: Send + Sync {
         gradient: &mut [f64; M],
         hessian: &mut [[f64; M]; M],
     ) -> f64;
+
+    /// [`gradient`](Self::gradient) of consecutive stencils; returns the sum of
+    /// values. To be written anew where several at a time are faster, with the
+    /// same bits.
+    fn gradients(
+        &self,
+        range: Range<usize>,
+        at: &EvalPoint<'_>,
+        gradients: &mut [[f64; M]],
+    ) -> f64 {
+        let mut sum = 0.0;
+        for (e, g) in range.zip(gradients) {
+            let q = at.gather::<N, M>(&Self::NODE_DIMS, &self.stencils()[e]);
+            sum += self.gradient(e, &q, at, g);
+        }
+        sum
+    }
+
+    /// [`hessian`](Self::hessian) of consecutive stencils; returns the sum of
+    /// values. To be written anew where several at a time are faster, with the
+    /// same bits.
+    fn hessians(
+        &self,
+        range: Range<usize>,
+        at: &EvalPoint<'_>,
+        curvature: Curvature,
+        gradients: &mut [[f64; M]],
+        hessians: &mut [[[f64; M]; M]],
+    ) -> f64 {
+        let mut sum = 0.0;
+        for ((e, g), h) in range.zip(gradients).zip(hessians) {
+            let q = at.gather::<N, M>(&Self::NODE_DIMS, &self.stencils()[e]);
+            sum += self.hessian(e, &q, at, curvature, g, h);
+        }
+        sum
+    }
 
     /// Whether the gradient is the derivative of [`value`](Self::value).
     fn is_conservative(&self) -> bool {

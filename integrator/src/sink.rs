@@ -6,6 +6,8 @@ use selvedge_linsolve::{Real, SharedValues};
 pub(crate) trait Sink<T: Real> {
     /// Adds `scale · block` (given as rows) to a slot of a matrix.
     fn add_block(&mut self, slot: usize, block: &[[f64; 3]; 3], scale: f64);
+    /// The same of a block given as columns.
+    fn add_columns(&mut self, slot: usize, columns: &[f64; 9], scale: f64);
     /// Adds `scale · v` to the three unknowns of a point.
     fn add_point(&mut self, point: usize, v: &[f64; 3], scale: f64);
     /// Adds `scale · v` to a single entry.
@@ -26,6 +28,15 @@ impl<T: Real> Sink<T> for Plain<'_, T> {
                 for r in 0..3 {
                     out[3 * c + r] += T::from_f64(scale * block[r][c]);
                 }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn add_columns(&mut self, slot: usize, columns: &[f64; 9], scale: f64) {
+        if let Some(out) = self.0.as_chunks_mut::<9>().0.get_mut(slot) {
+            for k in 0..9 {
+                out[k] += T::from_f64(scale * columns[k]);
             }
         }
     }
@@ -69,6 +80,15 @@ impl<T: Real> Sink<T> for Shared<'_, T> {
             self.values.add_block_atomic(slot, block, scale);
         } else {
             self.values.add_block(slot, block, scale);
+        }
+    }
+
+    #[inline(always)]
+    fn add_columns(&mut self, slot: usize, columns: &[f64; 9], scale: f64) {
+        if self.atomic {
+            self.values.add_columns_atomic(slot, columns, scale);
+        } else {
+            self.values.add_columns(slot, columns, scale);
         }
     }
 

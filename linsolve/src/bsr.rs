@@ -2,7 +2,7 @@
 
 use crate::pattern::ROW_CHUNK;
 use crate::vector::{From, tree};
-use crate::{LinearOperator, Pattern, Real, Sums, vector};
+use crate::{LinearOperator, Mirror, Pattern, Real, Sums, vector};
 use std::sync::Arc;
 
 /// Symmetric matrix of 3×3 blocks on a [`Pattern`], both triangles stored.
@@ -82,6 +82,33 @@ impl<T: Real> Bsr<T> {
         for k in 0..3 {
             self.values[Self::index(slot, k, k)] += T::from_f64(v);
         }
+    }
+
+    /// Makes every block above the diagonal the transpose of the one below it.
+    ///
+    /// # Panics
+    /// If `mirror` is of another pattern.
+    pub fn mirror(&mut self, mirror: &Mirror) {
+        let pattern = &self.pattern;
+        assert_eq!(mirror.pattern, pattern.id(), "patterns differ");
+        // rows write above the diagonal and read below it: no value is both
+        let values = T::as_atomics(&mut self.values);
+        let n = pattern.points();
+        tree(From(0, n), ROW_CHUNK, 2 * ROW_CHUNK, &|rows: From| {
+            for i in rows.0..rows.0 + rows.1 {
+                let own = pattern.diagonal_slot(i) as usize + 1..pattern.row(i).end;
+                for (to, &from) in own.zip(mirror.of_row(i)) {
+                    let (to, from) = (9 * to, 9 * from as usize);
+                    let (to, from) = (&values[to..to + 9], &values[from..from + 9]);
+                    for c in 0..3 {
+                        for r in 0..3 {
+                            T::copy_exclusive(&from[3 * r + c], &to[3 * c + r]);
+                        }
+                    }
+                }
+            }
+            []
+        });
     }
 
     /// Values as blocks.

@@ -82,6 +82,8 @@ pub trait Real:
     #[doc(hidden)]
     fn add_exclusive(slot: &Self::Atomic, v: Self);
     #[doc(hidden)]
+    fn copy_exclusive(from: &Self::Atomic, to: &Self::Atomic);
+    #[doc(hidden)]
     fn add_contended(slot: &Self::Atomic, v: Self);
 }
 
@@ -157,6 +159,10 @@ macro_rules! real {
             #[inline(always)]
             fn add_exclusive(slot: &Self::Atomic, v: Self) {
                 slot.store(($t::from_bits(slot.load(Relaxed)) + v).to_bits(), Relaxed);
+            }
+            #[inline(always)]
+            fn copy_exclusive(from: &Self::Atomic, to: &Self::Atomic) {
+                to.store(from.load(Relaxed), Relaxed);
             }
             #[inline(always)]
             fn add_contended(slot: &Self::Atomic, v: Self) {

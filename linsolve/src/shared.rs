@@ -63,6 +63,25 @@ impl<'a, T: Real> SharedValues<'a, T> {
         }
     }
 
+    /// Adds `scale ·` a block given as columns to a slot of a
+    /// [`Bsr`](crate::Bsr).
+    #[inline]
+    pub fn add_columns(&self, slot: usize, columns: &[f64; 9], scale: f64) {
+        let slots = &self.slots[9 * slot..9 * slot + 9];
+        for k in 0..9 {
+            T::add_exclusive(&slots[k], T::from_f64(scale * columns[k]));
+        }
+    }
+
+    /// [`add_columns`](Self::add_columns) without the guarantee.
+    #[inline]
+    pub fn add_columns_atomic(&self, slot: usize, columns: &[f64; 9], scale: f64) {
+        let slots = &self.slots[9 * slot..9 * slot + 9];
+        for k in 0..9 {
+            T::add_contended(&slots[k], T::from_f64(scale * columns[k]));
+        }
+    }
+
     /// Adds `scale · v` to the three unknowns of a point.
     #[inline]
     pub fn add_point(&self, point: usize, v: &[f64; 3], scale: f64) {

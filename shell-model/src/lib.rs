@@ -47,6 +47,7 @@ mod bending;
 mod damping;
 mod error;
 pub mod fabric;
+mod lanes;
 mod membrane;
 mod mesh;
 pub mod shape;

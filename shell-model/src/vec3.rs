@@ -1,38 +1,46 @@
-//! The few 3-vector operations that the kernels need.
+//! The few 3-vector operations that the kernels need, for one stencil or for
+//! four at a time.
 
-pub(crate) type V = [f64; 3];
-pub(crate) type Block = [[f64; 3]; 3];
+use crate::lanes::Lanes;
+
+pub(crate) type V<S = f64> = [S; 3];
+pub(crate) type Block<S = f64> = [[S; 3]; 3];
 
 #[inline(always)]
-pub(crate) fn node<const M: usize>(q: &[f64; M], i: usize) -> V {
+pub(crate) fn node<S: Lanes, const M: usize>(q: &[S; M], i: usize) -> V<S> {
     [q[3 * i], q[3 * i + 1], q[3 * i + 2]]
 }
 
 #[inline(always)]
-pub(crate) fn set_node<const M: usize>(q: &mut [f64; M], i: usize, v: V) {
+pub(crate) fn set_node<S: Lanes, const M: usize>(q: &mut [S; M], i: usize, v: V<S>) {
     q[3 * i] = v[0];
     q[3 * i + 1] = v[1];
     q[3 * i + 2] = v[2];
 }
 
 #[inline(always)]
-pub(crate) fn add(a: V, b: V) -> V {
+pub(crate) fn add<S: Lanes>(a: V<S>, b: V<S>) -> V<S> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 #[inline(always)]
-pub(crate) fn sub(a: V, b: V) -> V {
+pub(crate) fn sub<S: Lanes>(a: V<S>, b: V<S>) -> V<S> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[inline(always)]
-pub(crate) fn scale(s: f64, a: V) -> V {
+pub(crate) fn scale<S: Lanes>(s: S, a: V<S>) -> V<S> {
     [s * a[0], s * a[1], s * a[2]]
+}
+
+#[inline(always)]
+pub(crate) fn minus<S: Lanes>(a: V<S>) -> V<S> {
+    [-a[0], -a[1], -a[2]]
 }
 
 /// `s a + t b`
 #[inline(always)]
-pub(crate) fn blend(s: f64, a: V, t: f64, b: V) -> V {
+pub(crate) fn blend<S: Lanes>(s: S, a: V<S>, t: S, b: V<S>) -> V<S> {
     [
         s * a[0] + t * b[0],
         s * a[1] + t * b[1],
@@ -41,12 +49,12 @@ pub(crate) fn blend(s: f64, a: V, t: f64, b: V) -> V {
 }
 
 #[inline(always)]
-pub(crate) fn dot(a: V, b: V) -> f64 {
+pub(crate) fn dot<S: Lanes>(a: V<S>, b: V<S>) -> S {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[inline(always)]
-pub(crate) fn cross(a: V, b: V) -> V {
+pub(crate) fn cross<S: Lanes>(a: V<S>, b: V<S>) -> V<S> {
     [
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],
@@ -55,13 +63,13 @@ pub(crate) fn cross(a: V, b: V) -> V {
 }
 
 #[inline(always)]
-pub(crate) fn norm(a: V) -> f64 {
+pub(crate) fn norm<S: Lanes>(a: V<S>) -> S {
     dot(a, a).sqrt()
 }
 
 /// `a bᵀ`
 #[inline(always)]
-pub(crate) fn outer(a: V, b: V) -> Block {
+pub(crate) fn outer<S: Lanes>(a: V<S>, b: V<S>) -> Block<S> {
     [scale(a[0], b), scale(a[1], b), scale(a[2], b)]
 }
 
@@ -78,7 +86,7 @@ pub(crate) fn apply(a: &Block, b: V) -> V {
 
 /// Writes block `(i, j)` of a local matrix.
 #[inline(always)]
-pub(crate) fn put<const M: usize>(h: &mut [[f64; M]; M], i: usize, j: usize, b: &Block) {
+pub(crate) fn put<S: Lanes, const M: usize>(h: &mut [[S; M]; M], i: usize, j: usize, b: &Block<S>) {
     for a in 0..3 {
         h[3 * i + a][3 * j] = b[a][0];
         h[3 * i + a][3 * j + 1] = b[a][1];
@@ -88,7 +96,12 @@ pub(crate) fn put<const M: usize>(h: &mut [[f64; M]; M], i: usize, j: usize, b: 
 
 /// Writes the transpose of `b` to block `(i, j)` of a local matrix.
 #[inline(always)]
-pub(crate) fn put_transposed<const M: usize>(h: &mut [[f64; M]; M], i: usize, j: usize, b: &Block) {
+pub(crate) fn put_transposed<S: Lanes, const M: usize>(
+    h: &mut [[S; M]; M],
+    i: usize,
+    j: usize,
+    b: &Block<S>,
+) {
     for a in 0..3 {
         h[3 * i + a][3 * j] = b[0][a];
         h[3 * i + a][3 * j + 1] = b[1][a];

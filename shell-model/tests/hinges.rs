@@ -8,10 +8,10 @@ use std::f64::consts::PI;
 use common::{Random, at, close, evaluate, fabric};
 use nalgebra::SVector;
 use num_dual::{DualNum, hessian};
-use selvedge_energy::{Batch, Curvature, StencilEnergy};
+use selvedge_energy::{Batch, Curvature, EvalPoint, StencilEnergy};
 use selvedge_shell_model::{
-    BendingHinge, BendingOptions, Fabric, HingeRest, PlainAngle, RateDamping, ShellMesh,
-    TangentAngle, Undamped, bending_term, hinge_rest, membrane_term, shape, sheet,
+    BendingHinge, BendingOptions, Fabric, HingeRest, IncrementalDamping, PlainAngle, RateDamping,
+    ShellMesh, TangentAngle, Undamped, bending_term, hinge_rest, membrane_term, shape, sheet,
 };
 
 fn folded(theta: f64) -> Vec<f64> {
@@ -355,4 +355,59 @@ fn cylinder_energy() {
             energy / continuum
         );
     }
+}
+
+/// Hinges are evaluated four at a time; one alone, or beside a collapsed one,
+/// gives the same bits.
+#[test]
+fn four_at_a_time_are_the_same_bits() {
+    let mut random = Random(5);
+    let count = 11;
+    let mut rests = Vec::new();
+    let mut q = Vec::new();
+    for e in 0..count {
+        rests.push(HingeRest {
+            points: std::array::from_fn(|k| (4 * e + k) as u32),
+            ..rest(1.0 + f64::from(e as u32), 0.1)
+        });
+        let noise = (0..12).map(|_| 2e-3 * random.next());
+        q.extend(folded(0.3 * e as f64).iter().zip(noise).map(|(x, n)| x + n));
+    }
+    // the wing of hinge 6 has no height
+    for k in 0..3 {
+        q[6 * 12 + 6 + k] = q[6 * 12 + k];
+    }
+    let q_start: Vec<f64> = q.iter().map(|x| x + 1e-4 * random.next()).collect();
+    let at = at(&q, &q_start, 1e-3);
+    fn compare<E: StencilEnergy<4, 12>>(energy: &E, at: &EvalPoint<'_>, count: usize) {
+        let mut g = vec![[0.0; 12]; count];
+        let mut h = vec![[[0.0; 12]; 12]; count];
+        for curvature in [
+            Curvature::Exact,
+            Curvature::Projected,
+            Curvature::GaussNewton,
+        ] {
+            let sum = energy.hessians(0..count, at, curvature, &mut g, &mut h);
+            let mut own = 0.0;
+            for e in 0..count {
+                let q = at.gather::<4, 12>(&[3; 4], &energy.stencils()[e]);
+                let (mut one, mut two) = ([0.0; 12], [[0.0; 12]; 12]);
+                own += energy.hessian(e, &q, at, curvature, &mut one, &mut two);
+                assert_eq!(g[e].map(f64::to_bits), one.map(f64::to_bits), "{e}");
+                assert_eq!(h[e], two, "{e} {curvature:?}");
+            }
+            assert_eq!(sum.to_bits(), own.to_bits());
+            let again = energy.gradients(0..count, at, &mut g);
+            assert_eq!(again.to_bits(), own.to_bits());
+        }
+        assert!(g[6].iter().all(|v| *v == 0.0) && g[5].iter().any(|v| *v != 0.0));
+    }
+    compare(&BendingHinge::<Undamped>::new(&rests), &at, count);
+    compare(&BendingHinge::<RateDamping>::new(&rests), &at, count);
+    compare(
+        &BendingHinge::<RateDamping, TangentAngle>::new(&rests),
+        &at,
+        count,
+    );
+    compare(&BendingHinge::<IncrementalDamping>::new(&rests), &at, count);
 }

@@ -300,7 +300,7 @@ impl Assembler {
     }
 
     /// As [`add_impulse`](Self::add_impulse), and adds `dt² · factor · hessian`
-    /// to the blocks in `values`.
+    /// to the blocks in `values` on and below the diagonal.
     #[allow(clippy::too_many_arguments)]
     pub(crate) fn add_matrix<T: Real>(
         &mut self,
@@ -420,16 +420,17 @@ fn blocks(range: Range<usize>) -> impl Iterator<Item = Range<usize>> {
         .map(move |from| from..(from + BLOCK).min(end))
 }
 
-/// Slots of all ordered pairs `a ≠ b` of each stencil, row by row; the
-/// diagonal's are found from the pattern.
+/// Slots below the diagonal of the pairs `a < b` of each stencil, row by row;
+/// the diagonal's are found from the pattern.
 fn slots(batch: &dyn EnergyBatch, pattern: &Pattern) -> Vec<u32> {
     let n = batch.node_dims().len();
-    let mut all = Vec::with_capacity(batch.len() * n * (n - 1));
+    let mut all = Vec::with_capacity(batch.len() * n * (n - 1) / 2);
     for e in 0..batch.len() {
         let nodes = batch.nodes(e);
         for a in 0..n {
-            for b in (0..n).filter(|b| *b != a) {
-                let slot = pattern.slot(nodes[a], nodes[b]);
+            for b in a + 1..n {
+                let (row, column) = (nodes[a].max(nodes[b]), nodes[a].min(nodes[b]));
+                let slot = pattern.slot(row, column);
                 // The pattern is built from these very stencils.
                 all.push(slot.expect("every pair of a stencil is in the pattern"));
             }
@@ -506,74 +507,49 @@ impl MatrixWork<'_> {
             value += batch.hessians(at, self.curvature, block.clone(), g, h);
             self.forces.scatter(block.clone(), g, out);
             match m {
-                3 => self.scatter::<T, 1, 3>(block, h, scale, matrix),
-                6 => self.scatter::<T, 2, 6>(block, h, scale, matrix),
-                9 => self.scatter::<T, 3, 9>(block, h, scale, matrix),
-                12 => self.scatter::<T, 4, 12>(block, h, scale, matrix),
-                _ => self.scatter_any(block, h, scale, matrix),
+                3 => self.scatter::<T>(block, h, (1, 3), scale, matrix),
+                6 => self.scatter::<T>(block, h, (2, 6), scale, matrix),
+                9 => self.scatter::<T>(block, h, (3, 9), scale, matrix),
+                12 => self.scatter::<T>(block, h, (4, 12), scale, matrix),
+                _ => self.scatter::<T>(block, h, (m / 3, m), scale, matrix),
             }
         }
         value
     }
 
-    fn scatter<T: Real, const N: usize, const M: usize>(
+    /// The lower half of the local matrices of `n` nodes, `m = 3 n`: constants
+    /// where it is called, so that the loops are unrolled.
+    #[inline(always)]
+    fn scatter<T: Real>(
         &self,
         block: Range<usize>,
         hessians: &[f64],
+        (n, m): (usize, usize),
         scale: f64,
         out: &mut impl Sink<T>,
     ) {
-        let (rows, _) = hessians.as_chunks::<M>();
-        let (hessians, _) = rows.as_chunks::<M>();
-        let pairs = N * (N - 1);
-        for (e, h) in block.zip(hessians) {
-            let nodes = self.forces.batch.nodes(e);
-            let mut slots = self.slots[e * pairs..(e + 1) * pairs].iter();
-            for a in 0..N {
-                for b in 0..N {
-                    let slot = if a == b {
-                        self.pattern.diagonal_slot(nodes[a] as usize)
-                    } else {
-                        slots.next().copied().unwrap_or_default()
-                    };
-                    out.add_block(slot as usize, &sub_block::<M>(h, a, b), scale);
-                }
-            }
-        }
-    }
-
-    /// Stencils of other sizes.
-    fn scatter_any<T: Real>(
-        &self,
-        block: Range<usize>,
-        hessians: &[f64],
-        scale: f64,
-        out: &mut impl Sink<T>,
-    ) {
-        let n = self.forces.batch.node_dims().len();
-        let m = 3 * n;
-        let pairs = n * (n - 1);
+        let pairs = n * (n - 1) / 2;
         for (e, h) in block.zip(hessians.chunks_exact(m * m)) {
             let nodes = self.forces.batch.nodes(e);
             let mut slots = self.slots[e * pairs..(e + 1) * pairs].iter();
+            // Symmetric: a column of a block is a row of its transpose.
+            let columns = |row: usize, column: usize| {
+                let at = |c: usize| (3 * column + c) * m + 3 * row;
+                let [a, b, c] = [at(0), at(1), at(2)].map(|k| &h[k..k + 3]);
+                [a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2]]
+            };
             for a in 0..n {
-                for b in 0..n {
-                    let slot = if a == b {
-                        self.pattern.diagonal_slot(nodes[a] as usize)
-                    } else {
-                        slots.next().copied().unwrap_or_default()
-                    };
-                    let h = std::array::from_fn(|i| {
-                        std::array::from_fn(|j| h[(3 * a + i) * m + 3 * b + j])
-                    });
-                    out.add_block(slot as usize, &h, scale);
+                let diagonal = self.pattern.diagonal_slot(nodes[a] as usize) as usize;
+                out.add_columns(diagonal, &columns(a, a), scale);
+                for b in a + 1..n {
+                    let slot = slots.next().copied().unwrap_or_default() as usize;
+                    let (low, high) = if nodes[a] < nodes[b] { (a, b) } else { (b, a) };
+                    out.add_columns(slot, &columns(high, low), scale);
+                    if nodes[a] == nodes[b] {
+                        out.add_columns(slot, &columns(low, high), scale);
+                    }
                 }
             }
         }
     }
-}
-
-#[inline]
-fn sub_block<const M: usize>(h: &[[f64; M]; M], a: usize, b: usize) -> [[f64; 3]; 3] {
-    std::array::from_fn(|i| std::array::from_fn(|j| h[3 * a + i][3 * b + j]))
 }

@@ -3,8 +3,8 @@ use std::sync::Arc;
 use selvedge_collision::ContactResponse;
 use selvedge_energy::Curvature;
 use selvedge_linsolve::{
-    BlockFilter, Bsr, DualMatrix, Filter, LinearSolver, LinsolveError, NoFilter, Pattern, Real,
-    SolveReport,
+    BlockFilter, Bsr, DualMatrix, Filter, LinearSolver, LinsolveError, Mirror, NoFilter, Pattern,
+    Real, SolveReport,
 };
 
 use super::{Evaluation, NewtonSystem, add_contacts, solve_from_zero};
@@ -15,6 +15,7 @@ use crate::{AssemblyOptions, Ledger, PlanError, Term};
 /// [Pizana2025, § 4.1].
 pub struct DualSystem<T: Real> {
     assembler: Assembler,
+    mirror: Mirror,
     matrix: DualMatrix<T>,
     solver: Box<dyn LinearSolver<T>>,
 }
@@ -36,9 +37,11 @@ impl<T: Real> DualSystem<T> {
         });
         let pattern = Arc::new(Pattern::from_groups(points, groups));
         let assembler = Assembler::new(points, terms, Some(&pattern), options)?;
+        let mirror = Mirror::new(&pattern);
         let matrix = DualMatrix::new(Bsr::zeros(pattern));
         Ok(Self {
             assembler,
+            mirror,
             matrix,
             solver,
         })
@@ -92,6 +95,8 @@ where
             energies,
             ledger,
         );
+        let Self { matrix, mirror, .. } = self;
+        ledger.time("assembly: mirror", || matrix.stat.mirror(mirror));
         let dt2 = e.at.dt * e.at.dt;
         ledger.time("assembly: contact", || {
             for (i, &m) in e.masses.iter().enumerate() {
@@ -115,6 +120,9 @@ where
     }
 
     fn heap_bytes(&self) -> usize {
-        self.assembler.heap_bytes() + self.matrix.heap_bytes() + self.solver.heap_bytes()
+        self.assembler.heap_bytes()
+            + self.mirror.heap_bytes()
+            + self.matrix.heap_bytes()
+            + self.solver.heap_bytes()
     }
 }

@@ -1,8 +1,11 @@
 use std::marker::PhantomData;
+use std::ops::Range;
 
 use selvedge_energy::{Curvature, EvalPoint, StencilEnergy};
+use wide::f64x4;
 
 use super::frame::{Floors, HingeFrame, WingBlocks, unwrap};
+use crate::lanes::{Lanes, apart, together};
 use crate::vec3::{
     V, add, cross, dot, node, norm, outer, put, put_transposed, scale, set_node, sub,
 };
@@ -117,13 +120,24 @@ struct Hot {
 const GONE: f64 = 0.02;
 const WHOLE: f64 = 0.1;
 
-/// Angular state of one hinge at an evaluation.
-struct Turned {
-    value: f64,
+/// What a hinge, or each of four, brings along to an evaluation.
+struct Own<S> {
+    stiffness: S,
+    rest: S,
+    floors: Floors<S>,
+    /// Angle at the last accepted step \[rad\].
+    previous: S,
+    /// `β_b/dt`
+    time: S,
+}
+
+/// Angular state of a hinge, or of four, at an evaluation.
+struct Turned<S> {
+    value: S,
     /// `∂E/∂θ`
-    moment: f64,
+    moment: S,
     /// Factor of `∇θ ∇θᵀ`, and its part that is never negative.
-    stiffness: [f64; 2],
+    stiffness: [S; 2],
 }
 
 impl<D: Damping, L: AngleLaw> BendingHinge<D, L> {
@@ -151,49 +165,140 @@ impl<D: Damping, L: AngleLaw> BendingHinge<D, L> {
     }
 
     #[inline(always)]
-    fn turned(
-        &self,
-        e: usize,
-        frame: &HingeFrame,
-        q: &[f64; 12],
-        gradient: &[V; 4],
-        at: &EvalPoint<'_>,
-    ) -> Turned {
+    fn own(&self, e: usize, at: &EvalPoint<'_>) -> Own<f64> {
         let hot = &self.hot[e];
-        let k = hot.stiffness;
-        let [phi, slope, bend] = L::measure(unwrap(frame.angle(), self.previous[e]));
-        let strain = phi - hot.rest;
-        let mut value = 0.5 * k * strain * strain;
+        Own {
+            stiffness: hot.stiffness,
+            rest: hot.rest,
+            floors: hot.floors,
+            previous: self.previous[e],
+            time: match D::KIND {
+                DampingKind::Off => 0.0,
+                _ => self.beta[e] / at.dt,
+            },
+        }
+    }
+
+    #[inline(always)]
+    fn start(&self, e: usize, at: &EvalPoint<'_>) -> [f64; 12] {
+        match D::KIND {
+            DampingKind::Off => [0.0; 12],
+            _ => at.gather_start::<4, 12>(&[3; 4], &self.stencils[e]),
+        }
+    }
+
+    /// Angle-dependent part; `start` is read when there is friction.
+    #[inline(always)]
+    fn turned<S: Lanes>(
+        own: &Own<S>,
+        frame: &HingeFrame<S>,
+        gradient: &[V<S>; 4],
+        q: &[S; 12],
+        start: &[S; 12],
+    ) -> Turned<S> {
+        let zero = S::splat(0.0);
+        let k = own.stiffness;
+        let measure = |frame: &HingeFrame<S>| unwrap(frame.angle(), own.previous).each(L::measure);
+        let [phi, slope, bend] = measure(frame);
+        let strain = phi - own.rest;
+        let half = S::splat(0.5) * k;
+        let mut value = half * strain * strain;
         let mut stress = k * strain;
         let mut tangent = k;
         if D::KIND != DampingKind::Off {
-            let time = self.beta[e] / at.dt;
-            let start = at.gather_start::<4, 12>(&[3; 4], &self.stencils[e]);
             // Strain increment over the step.
             let change = if D::KIND == DampingKind::Rate {
-                let move_ = |i| sub(node(q, i), node(&start, i));
-                slope * (0..4).map(|i| dot(gradient[i], move_(i))).sum::<f64>()
+                let part = |i| dot(gradient[i], sub(node(q, i), node(start, i)));
+                slope * (part(0) + part(1) + part(2) + part(3))
             } else {
-                match HingeFrame::new(&start, &hot.floors) {
-                    Some(f) => phi - L::measure(unwrap(f.angle(), self.previous[e]))[0],
-                    None => 0.0,
+                match HingeFrame::new(start, &own.floors) {
+                    Some(before) => phi - measure(&before)[0],
+                    None => zero,
                 }
             };
             if D::KIND == DampingKind::Incremental {
-                value += 0.5 * k * time * change * change;
+                value = value + half * own.time * change * change;
             }
-            stress += k * time * change;
-            tangent *= 1.0 + time;
+            stress = stress + k * own.time * change;
+            tangent = tangent * (S::splat(1.0) + own.time);
         }
         let material = tangent * slope * slope;
         let curved = stress * bend;
         Turned {
             value,
             moment: stress * slope,
-            stiffness: [material + curved, material + curved.max(0.0)],
+            stiffness: [
+                material + curved,
+                material + curved.greater(zero, curved, zero),
+            ],
         }
     }
+
+    #[inline(always)]
+    fn write_gradient<S: Lanes>(turned: &Turned<S>, theta: &[V<S>; 4], g: &mut [S; 12]) {
+        for i in 0..4 {
+            set_node(g, i, scale(turned.moment, theta[i]));
+        }
+    }
+
+    #[inline(always)]
+    fn write_hessian<S: Lanes>(
+        turned: &Turned<S>,
+        frame: &HingeFrame<S>,
+        theta: &[V<S>; 4],
+        curvature: Curvature,
+        h: &mut [[S; 12]; 12],
+    ) {
+        let [exact, positive] = turned.stiffness;
+        let (t, il) = (frame.t, frame.inverse_length);
+        let [one, two] = &frame.wings;
+        match curvature {
+            Curvature::Exact => {
+                let a = one.second(t, il, turned.moment);
+                let b = two.second(t, il, turned.moment);
+                write(exact, theta, &a, &b, h);
+            }
+            Curvature::Projected => {
+                let [a, b] = one.positive(2, t, il, turned.moment);
+                let [c, d] = two.positive(3, t, il, turned.moment);
+                write_squares(&[stretched(positive, theta), a, b, c, d], h);
+            }
+            Curvature::GaussNewton => write_squares(&[stretched(positive, theta)], h),
+        }
+    }
+
+    /// Four consecutive hinges, from their own data to what an evaluation
+    /// needs; `None` when one is degenerate or friction asks for more.
+    #[inline(always)]
+    fn four(&self, e: usize, at: &EvalPoint<'_>) -> Option<Four> {
+        if D::KIND == DampingKind::Incremental {
+            return None;
+        }
+        let q = [0, 1, 2, 3].map(|l| at.gather::<4, 12>(&[3; 4], &self.stencils[e + l]));
+        let q = together(q.each_ref());
+        let start = [0, 1, 2, 3].map(|l| self.start(e + l, at));
+        let start = together(start.each_ref());
+        let of = [0, 1, 2, 3].map(|l| self.own(e + l, at));
+        let lanes = |f: fn(&Own<f64>) -> f64| f64x4::new(of.each_ref().map(f));
+        let own = Own {
+            stiffness: lanes(|o| o.stiffness),
+            rest: lanes(|o| o.rest),
+            floors: [
+                lanes(|o| o.floors[0]),
+                lanes(|o| o.floors[1]),
+                lanes(|o| o.floors[2]),
+            ],
+            previous: lanes(|o| o.previous),
+            time: lanes(|o| o.time),
+        };
+        let frame = HingeFrame::new(&q, &own.floors)?;
+        let theta = frame.gradient();
+        let turned = Self::turned(&own, &frame, &theta, &q, &start);
+        Some((frame, theta, turned))
+    }
 }
+
+type Four = (HingeFrame<f64x4>, [V<f64x4>; 4], Turned<f64x4>);
 
 impl<D: Damping, L: AngleLaw> StencilEnergy<4, 12> for BendingHinge<D, L> {
     const NODE_DIMS: [usize; 4] = [3; 4];
@@ -207,7 +312,8 @@ impl<D: Damping, L: AngleLaw> StencilEnergy<4, 12> for BendingHinge<D, L> {
         match HingeFrame::new(q, &self.hot[e].floors) {
             // Only friction on increments reads more than the angle.
             Some(frame) if D::KIND == DampingKind::Incremental => {
-                self.turned(e, &frame, q, &[[0.0; 3]; 4], at).value
+                let start = self.start(e, at);
+                Self::turned(&self.own(e, at), &frame, &[[0.0; 3]; 4], q, &start).value
             }
             Some(frame) => {
                 let hot = &self.hot[e];
@@ -220,15 +326,14 @@ impl<D: Damping, L: AngleLaw> StencilEnergy<4, 12> for BendingHinge<D, L> {
 
     #[inline]
     fn gradient(&self, e: usize, q: &[f64; 12], at: &EvalPoint<'_>, g: &mut [f64; 12]) -> f64 {
-        let Some(frame) = HingeFrame::new(q, &self.hot[e].floors) else {
+        let own = self.own(e, at);
+        let Some(frame) = HingeFrame::new(q, &own.floors) else {
             *g = [0.0; 12];
             return 0.0;
         };
         let theta = frame.gradient();
-        let turned = self.turned(e, &frame, q, &theta, at);
-        for i in 0..4 {
-            set_node(g, i, scale(turned.moment, theta[i]));
-        }
+        let turned = Self::turned(&own, &frame, &theta, q, &self.start(e, at));
+        Self::write_gradient(&turned, &theta, g);
         turned.value
     }
 
@@ -242,33 +347,74 @@ impl<D: Damping, L: AngleLaw> StencilEnergy<4, 12> for BendingHinge<D, L> {
         g: &mut [f64; 12],
         h: &mut [[f64; 12]; 12],
     ) -> f64 {
-        let Some(frame) = HingeFrame::new(q, &self.hot[e].floors) else {
+        let own = self.own(e, at);
+        let Some(frame) = HingeFrame::new(q, &own.floors) else {
             *g = [0.0; 12];
             *h = [[0.0; 12]; 12];
             return 0.0;
         };
         let theta = frame.gradient();
-        let turned = self.turned(e, &frame, q, &theta, at);
-        for i in 0..4 {
-            set_node(g, i, scale(turned.moment, theta[i]));
-        }
-        let [exact, positive] = turned.stiffness;
-        let (t, il) = (frame.t, frame.inverse_length);
-        let [one, two] = &frame.wings;
-        match curvature {
-            Curvature::Exact => {
-                let a = one.second(t, il, turned.moment);
-                let b = two.second(t, il, turned.moment);
-                write(exact, &theta, &a, &b, h);
-            }
-            Curvature::Projected => {
-                let [a, b] = one.positive(2, t, il, turned.moment);
-                let [c, d] = two.positive(3, t, il, turned.moment);
-                write_squares(&[stretched(positive, &theta), a, b, c, d], h);
-            }
-            Curvature::GaussNewton => write_squares(&[stretched(positive, &theta)], h),
-        }
+        let turned = Self::turned(&own, &frame, &theta, q, &self.start(e, at));
+        Self::write_gradient(&turned, &theta, g);
+        Self::write_hessian(&turned, &frame, &theta, curvature, h);
         turned.value
+    }
+
+    fn gradients(&self, range: Range<usize>, at: &EvalPoint<'_>, g: &mut [[f64; 12]]) -> f64 {
+        let mut sum = 0.0;
+        let mut e = range.start;
+        for g in g[..range.len()].chunks_mut(4) {
+            if let [a, b, c, d] = g
+                && let Some((_, theta, turned)) = self.four(e, at)
+            {
+                let mut lanes = [f64x4::ZERO; 12];
+                Self::write_gradient(&turned, &theta, &mut lanes);
+                apart(&lanes, [a, b, c, d]);
+                sum = turned.value.to_array().iter().fold(sum, |sum, v| sum + v);
+            } else {
+                for (l, g) in g.iter_mut().enumerate() {
+                    let q = at.gather::<4, 12>(&[3; 4], &self.stencils[e + l]);
+                    sum += self.gradient(e + l, &q, at, g);
+                }
+            }
+            e += 4;
+        }
+        sum
+    }
+
+    fn hessians(
+        &self,
+        range: Range<usize>,
+        at: &EvalPoint<'_>,
+        curvature: Curvature,
+        g: &mut [[f64; 12]],
+        h: &mut [[[f64; 12]; 12]],
+    ) -> f64 {
+        let mut sum = 0.0;
+        let mut e = range.start;
+        let (g, h) = (&mut g[..range.len()], &mut h[..range.len()]);
+        for (g, h) in g.chunks_mut(4).zip(h.chunks_mut(4)) {
+            if let ([a, b, c, d], [p, q, r, s]) = (&mut *g, &mut *h)
+                && let Some((frame, theta, turned)) = self.four(e, at)
+            {
+                let mut lanes = [f64x4::ZERO; 12];
+                Self::write_gradient(&turned, &theta, &mut lanes);
+                apart(&lanes, [a, b, c, d]);
+                let mut lanes = [[f64x4::ZERO; 12]; 12];
+                Self::write_hessian(&turned, &frame, &theta, curvature, &mut lanes);
+                for (i, row) in lanes.iter().enumerate() {
+                    apart(row, [&mut p[i], &mut q[i], &mut r[i], &mut s[i]]);
+                }
+                sum = turned.value.to_array().iter().fold(sum, |sum, v| sum + v);
+            } else {
+                for (l, (g, h)) in g.iter_mut().zip(h).enumerate() {
+                    let q = at.gather::<4, 12>(&[3; 4], &self.stencils[e + l]);
+                    sum += self.hessian(e + l, &q, at, curvature, g, h);
+                }
+            }
+            e += 4;
+        }
+        sum
     }
 
     fn is_conservative(&self) -> bool {
@@ -315,12 +461,18 @@ impl<D: Damping, L: AngleLaw> StencilEnergy<4, 12> for BendingHinge<D, L> {
 fn wholeness(q: &[f64; 12], floors: &Floors) -> f64 {
     let x0 = node(q, 0);
     let e = sub(node(q, 1), x0);
+    let areas = [cross(e, sub(node(q, 2), x0)), cross(e, sub(node(q, 3), x0))];
+    let l2 = dot(e, e);
+    // Beyond rounding of what follows, which most hinges need not go through.
+    let whole = 1.001 * (WHOLE / GONE) * (WHOLE / GONE);
+    if l2 > whole * floors[0]
+        && dot(areas[0], areas[0]) > whole * floors[1] * l2
+        && dot(areas[1], areas[1]) > whole * floors[2] * l2
+    {
+        return 1.0;
+    }
     let l = norm(e);
-    let sizes = [
-        l,
-        norm(cross(e, sub(node(q, 2), x0))) / l,
-        norm(cross(e, sub(node(q, 3), x0))) / l,
-    ];
+    let sizes = [l, norm(areas[0]) / l, norm(areas[1]) / l];
     let mut product = 1.0;
     for (size, floor) in sizes.into_iter().zip(floors) {
         if *floor > f64::MIN_POSITIVE {
@@ -335,9 +487,9 @@ fn wholeness(q: &[f64; 12], floors: &Floors) -> f64 {
 
 /// `√k ∇θ`
 #[inline(always)]
-fn stretched(k: f64, theta: &[V; 4]) -> [f64; 12] {
+fn stretched<S: Lanes>(k: S, theta: &[V<S>; 4]) -> [S; 12] {
     let root = k.sqrt();
-    let mut v = [0.0; 12];
+    let mut v = [k; 12];
     for i in 0..4 {
         set_node(&mut v, i, scale(root, theta[i]));
     }
@@ -346,12 +498,12 @@ fn stretched(k: f64, theta: &[V; 4]) -> [f64; 12] {
 
 /// Writes `Σ v vᵀ`.
 #[inline(always)]
-fn write_squares<const K: usize>(vectors: &[[f64; 12]; K], h: &mut [[f64; 12]; 12]) {
+fn write_squares<S: Lanes, const K: usize>(vectors: &[[S; 12]; K], h: &mut [[S; 12]; 12]) {
     for i in 0..12 {
-        let mut row = [0.0; 12];
+        let mut row = [S::splat(0.0); 12];
         for v in vectors {
             for j in 0..12 {
-                row[j] += v[i] * v[j];
+                row[j] = row[j] + v[i] * v[j];
             }
         }
         h[i] = row;
@@ -360,7 +512,13 @@ fn write_squares<const K: usize>(vectors: &[[f64; 12]; K], h: &mut [[f64; 12]; 1
 
 /// Writes `k ∇θ ∇θᵀ` plus the wings' blocks.
 #[inline(always)]
-fn write(k: f64, theta: &[V; 4], one: &WingBlocks, two: &WingBlocks, h: &mut [[f64; 12]; 12]) {
+fn write<S: Lanes>(
+    k: S,
+    theta: &[V<S>; 4],
+    one: &WingBlocks<S>,
+    two: &WingBlocks<S>,
+    h: &mut [[S; 12]; 12],
+) {
     let [_, g1, g2, g3] = *theta;
     let mut h11 = outer(scale(k, g1), g1);
     let mut h12 = outer(scale(k, g1), g2);
@@ -381,10 +539,11 @@ fn write(k: f64, theta: &[V; 4], one: &WingBlocks, two: &WingBlocks, h: &mut [[f
             b[j][i] = b[i][j];
         }
     }
+    let zero = [[S::splat(0.0); 3]; 3];
     // A translation does nothing: every block row sums to zero.
-    let mut h01 = [[0.0; 3]; 3];
-    let mut h02 = [[0.0; 3]; 3];
-    let mut h03 = [[0.0; 3]; 3];
+    let mut h01 = zero;
+    let mut h02 = zero;
+    let mut h03 = zero;
     for i in 0..3 {
         for j in 0..3 {
             h01[i][j] = -(h11[i][j] + h12[j][i] + h13[j][i]);
@@ -392,14 +551,14 @@ fn write(k: f64, theta: &[V; 4], one: &WingBlocks, two: &WingBlocks, h: &mut [[f
             h03[i][j] = -(h13[i][j] + h23[i][j] + h33[i][j]);
         }
     }
-    let mut h00 = [[0.0; 3]; 3];
+    let mut h00 = zero;
     for i in 0..3 {
         for j in 0..3 {
             let (a, b) = (
                 h01[i][j] + h02[i][j] + h03[i][j],
                 h01[j][i] + h02[j][i] + h03[j][i],
             );
-            h00[i][j] = -0.5 * (a + b);
+            h00[i][j] = S::splat(-0.5) * (a + b);
         }
     }
     put(h, 0, 0, &h00);

@@ -1,5 +1,6 @@
 //! Out-of-plane elasticity.
 
+mod arctangent;
 mod frame;
 mod hinge;
 mod quadratic;
