@@ -94,23 +94,35 @@ impl Lanes for f64x4 {
     }
     #[inline(always)]
     fn each<const K: usize>(self, f: impl Fn(f64) -> [f64; K]) -> [Self; K] {
-        let of = self.to_array().map(f);
-        std::array::from_fn(|k| f64x4::new(std::array::from_fn(|l| of[l][k])))
+        let [a, b, c, d] = self.to_array();
+        let (a, b, c, d) = (f(a), f(b), f(c), f(d));
+        let mut out = [f64x4::ZERO; K];
+        for k in 0..K {
+            out[k] = f64x4::new([a[k], b[k], c[k], d[k]]);
+        }
+        out
     }
 }
 
 /// `N` numbers of each of four stencils, stencil by stencil, as lanes.
 #[inline(always)]
 pub(crate) fn together<const N: usize>(of: [&[f64; N]; 4]) -> [f64x4; N] {
-    std::array::from_fn(|k| f64x4::new([of[0][k], of[1][k], of[2][k], of[3][k]]))
+    let mut out = [f64x4::ZERO; N];
+    for k in 0..N {
+        out[k] = f64x4::new([of[0][k], of[1][k], of[2][k], of[3][k]]);
+    }
+    out
 }
 
 /// Lanes back to `N` numbers of each of four stencils; `N` a multiple of 4.
 #[inline(always)]
 pub(crate) fn apart<const N: usize>(lanes: &[f64x4; N], to: [&mut [f64; N]; 4]) {
-    let [a, b, c, d] = to.map(|t| t.as_chunks_mut::<4>().0);
-    for (k, four) in lanes.as_chunks::<4>().0.iter().enumerate() {
-        let [p, q, r, s] = f64x4::transpose(*four).map(|v| v.to_array());
-        (a[k], b[k], c[k], d[k]) = (p, q, r, s);
+    let [a, b, c, d] = to;
+    for k in (0..N).step_by(4) {
+        let four = f64x4::transpose([lanes[k], lanes[k + 1], lanes[k + 2], lanes[k + 3]]);
+        a[k..k + 4].copy_from_slice(&four[0].to_array());
+        b[k..k + 4].copy_from_slice(&four[1].to_array());
+        c[k..k + 4].copy_from_slice(&four[2].to_array());
+        d[k..k + 4].copy_from_slice(&four[3].to_array());
     }
 }

@@ -35,7 +35,9 @@ pub enum Scatter {
 pub struct AssemblyOptions {
     /// Scatter method.
     pub scatter: Scatter,
-    /// Stencils in a chunk, the unit of parallel work.
+    /// Stencils in a chunk, the unit of parallel work, at least; a term has
+    /// 48 chunks at most, since longer ones find more of what they write to in
+    /// the cache.
     pub chunk: usize,
 }
 
@@ -74,6 +76,9 @@ impl AssemblyOptions {
         Ok(())
     }
 }
+
+/// Chunks of a term at most: enough for the threads of a workstation.
+const CHUNKS: usize = 48;
 
 /// Stencils evaluated by one virtual call: their local matrices stay in the
 /// first-level cache.
@@ -358,11 +363,12 @@ impl Assembler {
 impl Schedule {
     fn new<'a>(
         points: usize,
-        stencils: impl IntoIterator<Item = &'a [u32]>,
+        stencils: impl ExactSizeIterator<Item = &'a [u32]>,
         slots: Vec<u32>,
         options: AssemblyOptions,
     ) -> Self {
-        let mut colouring = colour_chunks(points, stencils, options.chunk);
+        let chunk = options.chunk.max(stencils.len() / CHUNKS);
+        let mut colouring = colour_chunks(points, stencils, chunk);
         if options.scatter == Scatter::Atomics {
             let all = (0..colouring.chunks.len() as u32).collect();
             colouring.colours = vec![all];

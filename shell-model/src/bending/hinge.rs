@@ -131,6 +131,25 @@ struct Own<S> {
     time: S,
 }
 
+impl<S: Lanes> Own<S> {
+    #[inline(always)]
+    fn numbers(&self) -> [S; 7] {
+        let [a, b, c] = self.floors;
+        [self.stiffness, self.rest, a, b, c, self.previous, self.time]
+    }
+
+    #[inline(always)]
+    fn of([stiffness, rest, a, b, c, previous, time]: [S; 7]) -> Self {
+        Self {
+            stiffness,
+            rest,
+            floors: [a, b, c],
+            previous,
+            time,
+        }
+    }
+}
+
 /// Angular state of a hinge, or of four, at an evaluation.
 struct Turned<S> {
     value: S,
@@ -274,23 +293,18 @@ impl<D: Damping, L: AngleLaw> BendingHinge<D, L> {
         if D::KIND == DampingKind::Incremental {
             return None;
         }
-        let q = [0, 1, 2, 3].map(|l| at.gather::<4, 12>(&[3; 4], &self.stencils[e + l]));
-        let q = together(q.each_ref());
-        let start = [0, 1, 2, 3].map(|l| self.start(e + l, at));
-        let start = together(start.each_ref());
-        let of = [0, 1, 2, 3].map(|l| self.own(e + l, at));
-        let lanes = |f: fn(&Own<f64>) -> f64| f64x4::new(of.each_ref().map(f));
-        let own = Own {
-            stiffness: lanes(|o| o.stiffness),
-            rest: lanes(|o| o.rest),
-            floors: [
-                lanes(|o| o.floors[0]),
-                lanes(|o| o.floors[1]),
-                lanes(|o| o.floors[2]),
-            ],
-            previous: lanes(|o| o.previous),
-            time: lanes(|o| o.time),
+        // written out: `map` of an array of closures' results is not inlined
+        let q = |l: usize| at.gather::<4, 12>(&[3; 4], &self.stencils[e + l]);
+        let q = together([&q(0), &q(1), &q(2), &q(3)]);
+        let start = match D::KIND {
+            DampingKind::Off => q,
+            _ => {
+                let start = |l: usize| at.gather_start::<4, 12>(&[3; 4], &self.stencils[e + l]);
+                together([&start(0), &start(1), &start(2), &start(3)])
+            }
         };
+        let own = |l: usize| self.own(e + l, at).numbers();
+        let own = Own::of(together([&own(0), &own(1), &own(2), &own(3)]));
         let frame = HingeFrame::new(&q, &own.floors)?;
         let theta = frame.gradient();
         let turned = Self::turned(&own, &frame, &theta, &q, &start);

@@ -364,7 +364,7 @@ pub(super) static ASSEMBLY: Table = Table::new(
             "chunk",
             integer(1, 65_536),
             "64",
-            "Stencils handed to a thread at once.",
+            "Stencils handed to a thread at once, at least; a term has 48 such pieces at most.",
         ),
     ],
 );
