@@ -136,7 +136,7 @@ macro_rules! real {
             // the following entry as an unused fourth lane, the last one shifted
             // by one, so that no load leaves the block. Explicit lanes, since the
             // compiler narrows arrays of four with an unused entry to two and
-            // one; three independent sums hide the latency.
+            // one; six independent sums hide the latency.
             #[inline(always)]
             fn row_product(columns: &[u32], blocks: &[[$t; 9]], x: &[[$t; 3]]) -> [$t; 3] {
                 // copied as one array: single entries would be shuffled together
@@ -147,12 +147,25 @@ macro_rules! real {
                     $lanes::new(lanes)
                 }
                 let (mut a, mut b, mut c) = ($lanes::ZERO, $lanes::ZERO, $lanes::ZERO);
-                for (m, &j) in blocks.iter().zip(columns) {
-                    let x = &x[j as usize];
+                let (mut d, mut e, mut f) = (a, b, c);
+                let (pairs, last) = blocks.as_chunks::<2>();
+                let (places, rest) = columns.as_chunks::<2>();
+                for ([m, n], &[i, j]) in pairs.iter().zip(places) {
+                    let (x, y) = (&x[i as usize], &x[j as usize]);
+                    a = four(m, 0).mul_add($lanes::splat(x[0]), a);
+                    d = four(n, 0).mul_add($lanes::splat(y[0]), d);
+                    b = four(m, 3).mul_add($lanes::splat(x[1]), b);
+                    e = four(n, 3).mul_add($lanes::splat(y[1]), e);
+                    c = four(m, 5).mul_add($lanes::splat(x[2]), c);
+                    f = four(n, 5).mul_add($lanes::splat(y[2]), f);
+                }
+                if let ([m], [j]) = (last, rest) {
+                    let x = &x[*j as usize];
                     a = four(m, 0).mul_add($lanes::splat(x[0]), a);
                     b = four(m, 3).mul_add($lanes::splat(x[1]), b);
                     c = four(m, 5).mul_add($lanes::splat(x[2]), c);
                 }
+                let (a, b, c) = (a + d, b + e, c + f);
                 let (s, c) = ((a + b).to_array(), c.to_array());
                 [s[0] + c[1], s[1] + c[2], s[2] + c[3]]
             }
