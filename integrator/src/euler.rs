@@ -523,7 +523,9 @@ impl Integrator for BackwardEuler {
     }
 
     fn heap_bytes(&self) -> usize {
-        5 * size_of_val(self.q.as_slice()) + self.contacts.response.heap_bytes()
+        5 * size_of_val(self.q.as_slice())
+            + size_of_val(self.change.as_slice())
+            + self.contacts.response.heap_bytes()
     }
 }
 

@@ -163,13 +163,29 @@ impl ScenePlan {
 
     /// Heap memory of terms, contacts, masses and the system [bytes].
     pub fn heap_bytes(&self) -> usize {
-        self.terms
-            .iter()
-            .map(|t| t.batch.heap_bytes())
-            .sum::<usize>()
-            + self.contacts.iter().map(|c| c.heap_bytes()).sum::<usize>()
-            + size_of_val(self.inertia.masses.as_slice())
-            + self.system.heap_bytes()
+        self.memory().iter().map(|(_, bytes)| bytes).sum()
+    }
+
+    /// [`heap_bytes`](Self::heap_bytes) by owner; a name may come twice.
+    pub fn memory(&self) -> Vec<(String, usize)> {
+        let terms = self.terms.iter().map(|t| {
+            let batch = t.batch.as_ref();
+            (batch.name().to_owned(), batch.heap_bytes())
+        });
+        let contacts = self.contacts.iter().map(|c| {
+            let name = c.name().to_owned();
+            (name, c.heap_bytes())
+        });
+        let i = &self.inertia;
+        let inertia = size_of_val(i.masses.as_slice())
+            + size_of_val(i.scalar_masses.as_slice())
+            + i.coupled.as_ref().map_or(0, |c| c.heap_bytes());
+        let owners = size_of_val(self.owners.as_slice());
+        let system = self.system.memory();
+        let system = system.into_iter().map(|(name, b)| (name.to_owned(), b));
+        let mut all: Vec<_> = terms.chain(contacts).chain(system).collect();
+        all.push(("inertia".into(), inertia + owners));
+        all
     }
 }
 

@@ -283,12 +283,19 @@ impl Simulation {
 
     /// Heap memory of plan, state and work arrays [bytes].
     pub fn heap_bytes(&self) -> usize {
-        self.plan.heap_bytes()
-            + size_of_val(self.state.q.as_slice())
+        self.memory().iter().map(|(_, bytes)| bytes).sum()
+    }
+
+    /// [`heap_bytes`](Self::heap_bytes) by owner; a name may come twice.
+    pub fn memory(&self) -> Vec<(String, usize)> {
+        let state = size_of_val(self.state.q.as_slice())
             + size_of_val(self.state.v.as_slice())
             + size_of_val(self.kinetic.as_slice())
-            + self.prescribed.len()
-            + self.integrator.heap_bytes()
+            + self.prescribed.len();
+        let mut all = self.plan.memory();
+        all.push(("state".into(), state));
+        all.push(("integrator".into(), self.integrator.heap_bytes()));
+        all
     }
 
     /// All that the next steps depend on.

@@ -87,6 +87,11 @@ pub trait NewtonSystem: Send {
 
     /// Heap memory held [bytes].
     fn heap_bytes(&self) -> usize;
+
+    /// [`heap_bytes`](Self::heap_bytes) by owner.
+    fn memory(&self) -> Vec<(&'static str, usize)> {
+        vec![("linear system", self.heap_bytes())]
+    }
 }
 
 /// Adds `dt2 ·` the curvature of contacts: with bodies to the points' blocks,

@@ -1,5 +1,6 @@
 //! What a run leaves: figures at the end, and the files.
 
+use std::collections::BTreeMap;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -267,6 +268,15 @@ pub(crate) fn maps(built: &BuiltScene, simulation: &mut Simulation) -> Maps {
     }
 }
 
+/// Heap memory by owner [bytes].
+fn memory(simulation: &Simulation) -> BTreeMap<String, usize> {
+    let mut all = BTreeMap::new();
+    for (name, bytes) in simulation.memory() {
+        *all.entry(name).or_default() += bytes;
+    }
+    all
+}
+
 pub(crate) fn summary(i: Inputs<'_>) -> Summary {
     let state = i.simulation.state();
     let figures = figures(i.built, &state.q, state.time);
@@ -288,6 +298,7 @@ pub(crate) fn summary(i: Inputs<'_>) -> Summary {
         triangles: i.built.geometry.mesh.triangles().len(),
         peak_memory_bytes: process::peak_memory_bytes(),
         simulation_bytes: i.simulation.heap_bytes(),
+        memory: memory(i.simulation),
         max_penetration_m: figures.max_penetration,
         self_intersections: figures.self_intersections,
         max_abs_edge_strain: figures.max_strain,

@@ -58,6 +58,8 @@ pub struct Summary {
     pub peak_memory_bytes: u64,
     /// Heap memory of the simulation itself [bytes].
     pub simulation_bytes: usize,
+    /// The same by owner [bytes].
+    pub memory: BTreeMap<String, usize>,
     /// Deepest penetration of a body at the end [m].
     pub max_penetration_m: f64,
     /// Edge-triangle intersections of the cloth with itself at the end.

@@ -7,7 +7,7 @@ use selvedge_energy::{Curvature, EvalPoint};
 use selvedge_linsolve::{BorderPattern, ElementMatrix, Real, SharedValues};
 
 use super::Assembler;
-use super::mixed::{LocalMatrices, MassEvaluation, MixedWork, Stencils};
+use super::mixed::{LocalMatrices, MassEvaluation, MixedWork, SlotsOf, Stencils};
 use crate::sink::{Shared, Sink};
 use crate::{Ledger, Term};
 
@@ -24,7 +24,7 @@ impl<T: Real> LocalMatrices<T> for Elements<'_, T> {
     fn add(
         &mut self,
         stencils: &impl Stencils,
-        _: &[u32],
+        _: Option<SlotsOf<'_>>,
         range: Range<usize>,
         local: &[f64],
         scale: f64,
@@ -103,7 +103,7 @@ impl Assembler {
                 at,
                 curvature,
                 factor,
-                slots: &[],
+                slots: None,
             };
             let values = matrix.values_mut(k);
             let elements = Elements {
@@ -144,7 +144,7 @@ impl Assembler {
         let out = self.options.shared(impulse);
         schedule.run(|range, scratch| {
             let elements = &mut elements.clone();
-            mass.run(&[], range, scratch, &mut out.clone(), Some(elements))
+            mass.run(None, range, scratch, &mut out.clone(), Some(elements))
         });
         ledger.book("assembly: inertia", start.elapsed());
         schedule.sum()

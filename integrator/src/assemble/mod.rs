@@ -10,7 +10,7 @@ use std::cell::RefCell;
 use std::ops::Range;
 use std::time::Instant;
 
-use mixed::{MixedWork, Stencils, add_local, touched};
+use mixed::{MixedWork, Slots, SlotsOf, Stencils, add_local, touched};
 use rayon::prelude::*;
 use selvedge_energy::{Curvature, EnergyBatch, EvalPoint, MassBatch};
 use selvedge_linsolve::{ChunkColouring, Pattern, Real, colour_chunks};
@@ -102,6 +102,8 @@ struct Schedule {
     colouring: ChunkColouring,
     /// Matrix slots of the pairs of every stencil, see [`slots`].
     slots: Vec<u32>,
+    /// The same of stencils of points and scalars.
+    mixed: Slots,
     values: Vec<f64>,
 }
 
@@ -151,32 +153,24 @@ impl Assembler {
         options: AssemblyOptions,
     ) -> Result<Self, PlanError> {
         options.validate()?;
-        let schedule = |stencils: &dyn Fn() -> (Vec<u32>, usize, Vec<u32>)| {
-            let (touched, width, slots) = stencils();
+        let schedule = |touched: Vec<u32>, width: usize, slots: Option<Slots>| {
             let groups = touched.chunks_exact(width.max(1));
-            Schedule::new(points, groups, slots, options)
+            let mut schedule = Schedule::new(points, groups, Vec::new(), options);
+            schedule.mixed = slots.unwrap_or_default();
+            schedule
         };
         let of = |s: &dyn EnergyBatch| {
-            schedule(&|| {
-                (
-                    touched(&s, owners),
-                    s.dims().len(),
-                    patterns.map_or_else(Vec::new, |p| mixed::slots(&s, p)),
-                )
-            })
+            let slots = patterns.map(|p| Slots::new(&s, p));
+            schedule(touched(&s, owners), s.dims().len(), slots)
+        };
+        let of_mass = |s: &dyn MassBatch| {
+            let slots = patterns.map(|p| Slots::new(&s, p));
+            schedule(touched(&s, owners), s.dims().len(), slots)
         };
         Ok(Self {
             options,
             schedules: terms.iter().map(|t| of(t.batch.as_ref())).collect(),
-            mass: mass.map(|s| {
-                schedule(&|| {
-                    (
-                        touched(&s, owners),
-                        s.dims().len(),
-                        patterns.map_or_else(Vec::new, |p| mixed::slots(&s, p)),
-                    )
-                })
-            }),
+            mass: mass.map(of_mass),
         })
     }
 
@@ -186,42 +180,48 @@ impl Assembler {
         &mut self,
         mass: &MassEvaluation<'_>,
         impulse: &mut [f64],
-        values: Option<Values<'_, T>>,
+        matrix: Option<(Patterns<'_>, Values<'_, T>)>,
         ledger: &mut Ledger,
     ) -> f64 {
         let Some(schedule) = &mut self.mass else {
             return 0.0;
         };
         let start = Instant::now();
-        let slots = std::mem::take(&mut schedule.slots);
-        let stage = match values {
+        let slots = std::mem::take(&mut schedule.mixed);
+        let of = |patterns| {
+            Some(SlotsOf {
+                slots: &slots,
+                patterns,
+            })
+        };
+        let stage = match matrix {
             None => {
                 let out = self.options.shared(impulse);
                 schedule.run(|range, scratch| {
                     let none = None::<&mut [Plain<'_, T>; 3]>;
-                    mass.run(&slots, range, scratch, &mut out.clone(), none)
+                    mass.run(None, range, scratch, &mut out.clone(), none)
                 });
                 "forces: inertia"
             }
-            Some(v) if self.options.alone() => {
+            Some((p, v)) if self.options.alone() => {
                 let mut out = Plain(&mut *impulse);
                 let mut matrix = [Plain(v.blocks), Plain(v.coupling), Plain(v.scalars)];
                 schedule.run_alone(|range, scratch| {
-                    mass.run(&slots, range, scratch, &mut out, Some(&mut matrix))
+                    mass.run(of(p), range, scratch, &mut out, Some(&mut matrix))
                 });
                 "assembly: inertia"
             }
-            Some(v) => {
+            Some((p, v)) => {
                 let out = self.options.shared(impulse);
                 let matrix = self.options.shared_matrix(v);
                 schedule.run(|range, scratch| {
                     let matrix = &mut matrix.clone();
-                    mass.run(&slots, range, scratch, &mut out.clone(), Some(matrix))
+                    mass.run(of(p), range, scratch, &mut out.clone(), Some(matrix))
                 });
                 "assembly: inertia"
             }
         };
-        schedule.slots = slots;
+        schedule.mixed = slots;
         ledger.book(stage, start.elapsed());
         schedule.sum()
     }
@@ -234,7 +234,7 @@ impl Assembler {
         at: &EvalPoint<'_>,
         curvature: Curvature,
         stiffness: f64,
-        values: Values<'_, T>,
+        (patterns, values): (Patterns<'_>, Values<'_, T>),
         impulse: &mut [f64],
         energies: &mut [f64],
         ledger: &mut Ledger,
@@ -242,13 +242,16 @@ impl Assembler {
         for ((term, schedule), energy) in terms.iter().zip(&mut self.schedules).zip(energies) {
             let start = Instant::now();
             let factor = if term.relaxed { stiffness } else { 1.0 };
-            let slots = std::mem::take(&mut schedule.slots);
+            let slots = std::mem::take(&mut schedule.mixed);
             let work = MixedWork {
                 batch: term.batch.as_ref(),
                 at,
                 curvature,
                 factor,
-                slots: &slots,
+                slots: Some(SlotsOf {
+                    slots: &slots,
+                    patterns,
+                }),
             };
             let v = Values {
                 blocks: &mut *values.blocks,
@@ -267,7 +270,7 @@ impl Assembler {
                     work.run(range, scratch, &mut out.clone(), &mut matrix.clone())
                 });
             }
-            schedule.slots = slots;
+            schedule.mixed = slots;
             *energy = factor * schedule.sum();
             ledger.time_term("assembly", term.batch.name(), start.elapsed());
         }
@@ -354,6 +357,7 @@ impl Assembler {
             .chain(&self.mass)
             .map(|s| {
                 size_of_val(s.slots.as_slice())
+                    + s.mixed.heap_bytes()
                     + s.colouring.chunks.len() * (size_of::<Range<u32>>() + 4 + 8)
             })
             .sum()
@@ -377,6 +381,7 @@ impl Schedule {
         Self {
             colouring,
             slots,
+            mixed: Slots::default(),
             values,
         }
     }

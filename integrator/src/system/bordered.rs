@@ -131,9 +131,14 @@ where
         let matrix = &mut self.matrix;
         ledger.time("assembly: zero", || matrix.fill_zero());
         let border = Arc::clone(matrix.border());
+        let points = Arc::clone(matrix.points.stat.pattern());
+        let patterns = Patterns {
+            points: &points,
+            border: &border,
+        };
         if let Some(mass) = &e.mass {
-            let values = values(matrix);
-            self.assembler.add_mass(mass, impulse, Some(values), ledger);
+            let values = Some((patterns, values(matrix)));
+            self.assembler.add_mass(mass, impulse, values, ledger);
         } else {
             for (i, &m) in e.masses.iter().enumerate() {
                 matrix.points.stat.add_diagonal(i, m);
@@ -150,7 +155,7 @@ where
             &e.at,
             curvature,
             e.stiffness,
-            values(matrix),
+            (patterns, values(matrix)),
             impulse,
             energies,
             ledger,
@@ -175,7 +180,15 @@ where
     }
 
     fn heap_bytes(&self) -> usize {
-        self.assembler.heap_bytes() + self.matrix.heap_bytes() + self.solver.heap_bytes()
+        self.memory().iter().map(|(_, bytes)| bytes).sum()
+    }
+
+    fn memory(&self) -> Vec<(&'static str, usize)> {
+        vec![
+            ("slots and chunks", self.assembler.heap_bytes()),
+            ("matrix", self.matrix.heap_bytes()),
+            ("linear solver", self.solver.heap_bytes()),
+        ]
     }
 }
 

@@ -67,6 +67,7 @@ pub(super) fn draped(
     let mut about = scene.clone();
     about.output.directory = PathBuf::new();
     about.simulation.duration = time;
+    about.assembly.threads = Default::default(); // the same bits for any number
     key.update(about.effective().to_string().as_bytes());
     let bodies = scene.body.iter().filter_map(|b| match &b.shape {
         BodyShape::Mesh { file, .. } => Some(file),

@@ -533,8 +533,16 @@ impl Noise {
 
 fn finish(scene: &SceneFile, draft: Draft) -> Result<Geometry, String> {
     let points = draft.positions.len();
-    let order = match scene.assembly.reorder {
-        Reorder::Rcm => {
+    // Yarns are numbered along their courses, which is the better order for
+    // whatever runs along them: fronts across a garment cut every yarn.
+    let reorder = match scene.assembly.reorder {
+        Reorder::Auto if draft.network.is_some() => Reorder::None,
+        Reorder::Auto => Reorder::Rcm,
+        chosen => chosen,
+    };
+    let order = match reorder {
+        Reorder::None => Permutation::identity(points),
+        _ => {
             let nodes = |n: &YarnNetwork| -> Vec<[u32; 2]> {
                 let node = |s: u32| n.strands[s as usize].node;
                 n.segments().map(|ends| ends.map(node)).collect()
@@ -544,7 +552,6 @@ fn finish(scene: &SceneFile, draft: Draft) -> Result<Geometry, String> {
             let groups = groups.chain(segments.iter().map(|s| s.as_slice()));
             reverse_cuthill_mckee(&BlockPattern::from_groups(points, groups))
         }
-        Reorder::None => Permutation::identity(points),
     };
     let renamed: Vec<[u32; 3]> = draft
         .triangles
@@ -552,7 +559,7 @@ fn finish(scene: &SceneFile, draft: Draft) -> Result<Geometry, String> {
         .map(|t| t.map(|p| order.new_of_old[p as usize]))
         .collect();
     let mut triangle_order: Vec<u32> = (0..renamed.len() as u32).collect();
-    if scene.assembly.reorder == Reorder::Rcm {
+    if reorder == Reorder::Rcm {
         triangle_order.sort_by_key(|&t| {
             let mut nodes = renamed[t as usize];
             nodes.sort_unstable();

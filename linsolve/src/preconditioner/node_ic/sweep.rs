@@ -53,13 +53,14 @@ impl<T: Real> Sweep<'_, T> {
             let m = own.len();
             let inverse = plan.values[i + 1] as usize - m * (m + 1) / 2;
             dense::upper_times(&self.factor[inverse..], own);
-            let mut at = plan.values[i] as usize;
-            for &k in plan.row(i) {
+            // from the last block to the first: memory is read in one direction
+            let mut at = inverse;
+            for &k in plan.row(i).iter().rev() {
                 let n = plan.size(k as usize);
                 let from = plan.first[k as usize] as usize - origin;
-                let to = at + m * n;
-                dense::subtract_transposed(&self.factor[at..to], own, &mut rest[from..from + n]);
-                at = to;
+                let blocks = &self.factor[at - m * n..at];
+                at -= m * n;
+                dense::subtract_transposed(blocks, own, &mut rest[from..from + n]);
             }
         }
         if let Some([left, right]) = part.halves {

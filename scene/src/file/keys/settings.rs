@@ -348,10 +348,14 @@ pub(super) static ASSEMBLY: Table = Table::new(
         key(
             "reorder",
             Choice(&[
+                (
+                    "auto",
+                    "`rcm` for meshes, yarns as they were knitted or woven",
+                ),
                 ("rcm", "reverse Cuthill-McKee"),
                 ("none", "as the mesh numbers them"),
             ]),
-            "\"rcm\"",
+            "\"auto\"",
             "Order of the points in memory.",
         ),
         key(

@@ -308,6 +308,8 @@ pub enum Scatter {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Reorder {
+    /// Reverse Cuthill-McKee for meshes; yarns as they were knitted or woven.
+    Auto,
     /// Reverse Cuthill-McKee.
     Rcm,
     /// As the mesh numbers them.
