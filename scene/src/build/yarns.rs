@@ -259,9 +259,24 @@ pub(super) struct YarnParts {
     pub owners: Vec<u32>,
 }
 
+/// Which losses act.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Dissipation {
+    pub damping: bool,
+    pub friction: bool,
+}
+
+impl Dissipation {
+    /// All of them, as in motion.
+    pub const ALL: Self = Self {
+        damping: true,
+        friction: true,
+    };
+}
+
 impl YarnCloth {
     /// Everything that the yarns call for, under gravity [m/s²].
-    pub(super) fn parts(&self, gravity: [f64; 3]) -> YarnParts {
+    pub(super) fn parts(&self, gravity: [f64; 3], dissipates: Dissipation) -> YarnParts {
         let n = &self.network;
         let yarn = |of: fn(&YarnMaterial) -> f64| n.materials.iter().map(of).fold(0.0, f64::max);
         let knit = !n.stitches.is_empty();
@@ -304,12 +319,13 @@ impl YarnCloth {
         }
         terms.retain(|t| !t.is_empty());
         let damping = self.damping();
-        if damping > 0.0 {
+        if damping > 0.0 && dissipates.damping {
             let damped =
                 |t| -> Box<dyn EnergyBatch> { Box::new(RayleighDamping::added_to(t, damping)) };
             terms = terms.into_iter().map(damped).collect();
         }
         if self.sliding
+            && dissipates.friction
             && let Some(friction) = SlidingFriction::new(n, FrictionSettings::default())
         {
             terms.push(Box::new(Batch::new("yarn friction", friction)));

@@ -41,7 +41,8 @@ pub(crate) fn derive(
         .any(|k| OF_YARNS.contains(&k));
     let max_step = read("integrator", "max_step").and_then(|s| s.as_f64());
     let norm = read("integrator", "residual_norm");
-    set(tree, "relaxation", "enabled", || json!(!yarns));
+    let statics = read("integrator", "kind") == Some(json!("static"));
+    set(tree, "relaxation", "enabled", || json!(!yarns && !statics));
     set(tree, "stop", "kinetic_energy", || {
         json!(if yarns { 1e-14 } else { 1e-8 })
     });

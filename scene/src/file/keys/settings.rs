@@ -18,6 +18,12 @@ pub(super) static INTEGRATOR: Table = Table::new(
                     "backward Euler, one linear system a step; the residual is reported, not \
                      controlled",
                 ),
+                (
+                    "static",
+                    "no motion: iterations of Newton's method, each with less energy, until all \
+                     forces are balanced; at most `simulation.duration` / `max_step` of them, \
+                     each booked as a step of `max_step`",
+                ),
             ]),
             "`backward-euler`; `linearised-euler` for cloth of yarns",
             "Time stepping scheme.",
@@ -115,6 +121,19 @@ pub(super) static INTEGRATOR: Table = Table::new(
             "\"auto\"",
             "Second derivatives in Newton's matrix.",
         ),
+        key(
+            "force_tolerance",
+            number("N", POSITIVE),
+            "1e-6",
+            "Largest unbalanced force on any free point or arc length at which a `static` solve ends.",
+        ),
+        key(
+            "static_friction",
+            Bool,
+            "false",
+            "Whether friction acts in a `static` solve: it then sticks where the solve begins, and \
+             the state of rest is one of many.",
+        ),
     ],
 );
 
@@ -124,7 +143,7 @@ pub(super) static RELAXATION: Table = Table::new(
         derived(
             "enabled",
             Bool,
-            "true; false for cloth of yarns",
+            "true; false for cloth of yarns and with `integrator.kind` = \"static\"",
             "Whether to begin gently.",
         ),
         key(
