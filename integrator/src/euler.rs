@@ -143,7 +143,11 @@ impl BackwardEuler {
             newton_iterations: 1,
             ..StepReport::default()
         };
-        self.assemble(plan, state, request, Curvature::Projected, ledger)?;
+        let curvature = match self.forced.unwrap_or(self.settings.curvature) {
+            CurvaturePolicy::GaussNewton => Curvature::GaussNewton,
+            _ => Curvature::Projected,
+        };
+        self.assemble(plan, state, request, curvature, ledger)?;
         let solve = self.solve(plan, ledger)?;
         report.linear_iterations = solve.iterations;
         if solve.status == SolveStatus::NegativeCurvature {
@@ -227,7 +231,8 @@ impl BackwardEuler {
         let policy = self.forced.unwrap_or(self.settings.curvature);
         let mut curvature = match policy {
             CurvaturePolicy::Projected => Curvature::Projected,
-            _ => Curvature::Exact,
+            CurvaturePolicy::GaussNewton => Curvature::GaussNewton,
+            CurvaturePolicy::Auto | CurvaturePolicy::Exact => Curvature::Exact,
         };
         let before = self.before;
         loop {

@@ -25,6 +25,8 @@ pub enum CurvaturePolicy {
     Exact,
     /// Always positive semidefinite.
     Projected,
+    /// Products of first derivatives only.
+    GaussNewton,
 }
 
 /// How exactly the linear systems of one step are solved.

@@ -62,6 +62,8 @@ pub struct StaticRest {
     contacts: Contacts,
     /// The pseudo-step `h` [s].
     pseudo: f64,
+    /// Where it stops growing: beyond, `M/h²` is lost in the rounding of `K` [s].
+    most: f64,
     /// Iterations left with semidefinite curvature, and their last number.
     projected: [usize; 2],
     q: Vec<f64>,
@@ -105,6 +107,7 @@ impl StaticRest {
             settings,
             contacts: Contacts::default(),
             pseudo: settings.first_step,
+            most: PSEUDO[1],
             projected: [0; 2],
             q: Vec::new(),
             p: Vec::new(),
@@ -324,6 +327,7 @@ impl StaticRest {
         let policy = self.forced.unwrap_or(self.settings.curvature);
         let mut curvature = match policy {
             CurvaturePolicy::Projected => Curvature::Projected,
+            CurvaturePolicy::GaussNewton => Curvature::GaussNewton,
             CurvaturePolicy::Auto if self.projected[0] > 0 => Curvature::Projected,
             _ => Curvature::Exact,
         };
@@ -343,7 +347,12 @@ impl StaticRest {
             }
             let may_project = policy == CurvaturePolicy::Auto && curvature == Curvature::Exact;
             let found = match self.direction(plan, force, &mut report, ledger)? {
-                Direction::Negative => None,
+                Direction::Negative => {
+                    if curvature != Curvature::Exact {
+                        self.most = self.most.min(self.pseudo / GROW);
+                    }
+                    None
+                }
                 Direction::Found => {
                     self.search(plan, state, stiffness, start, &mut report, ledger)?
                 }
@@ -363,7 +372,7 @@ impl StaticRest {
                 } else if ratio < POOR {
                     self.pseudo *= SHRINK;
                 }
-                self.pseudo = self.pseudo.clamp(PSEUDO[0], PSEUDO[1]);
+                self.pseudo = self.pseudo.clamp(PSEUDO[0], self.most);
                 return Ok(report);
             }
             if may_project {
@@ -465,14 +474,15 @@ impl Integrator for StaticRest {
 
     fn history(&self) -> Vec<f64> {
         let [left, last] = self.projected.map(|n| n as f64);
-        vec![self.pseudo, left, last, self.first.unwrap_or(-1.0)]
+        let first = self.first.unwrap_or(-1.0);
+        vec![self.pseudo, self.most, left, last, first]
     }
 
     fn restore_history(&mut self, history: &[f64]) -> bool {
-        let [pseudo, left, last, first] = history else {
+        let [pseudo, most, left, last, first] = history else {
             return false;
         };
-        self.pseudo = *pseudo;
+        (self.pseudo, self.most) = (*pseudo, *most);
         self.projected = [*left as usize, *last as usize];
         self.first = (*first >= 0.0).then_some(*first);
         true

@@ -618,6 +618,7 @@ fn curvature(kind: model::CurvatureKind) -> CurvaturePolicy {
         model::CurvatureKind::Auto => CurvaturePolicy::Auto,
         model::CurvatureKind::Exact => CurvaturePolicy::Exact,
         model::CurvatureKind::Projected => CurvaturePolicy::Projected,
+        model::CurvatureKind::GaussNewton => CurvaturePolicy::GaussNewton,
     }
 }
 

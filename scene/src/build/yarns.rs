@@ -54,7 +54,7 @@ pub(super) fn network(
         } => yarn("yarn", name).and_then(|material| {
             let mut options = knit_options(material, *course_pitch, *wale_pitch);
             if *rest_shape == RestShape::Relaxed {
-                let of = relaxed_options(parsed, chart, name, &options);
+                let of = relaxed_options(parsed, chart, &options);
                 options = of.map_err(|m| fail("rest_shape", m))?;
             }
             let chart = chart_named(parsed, chart, *stitches).map_err(|m| fail("chart", m))?;
@@ -131,14 +131,10 @@ pub(super) fn knit_options(
 pub(super) fn relaxed_options(
     parsed: &Parsed,
     chart: &str,
-    yarn: &str,
     options: &KnitOptions,
 ) -> Result<KnitOptions, String> {
     match pattern_named(parsed, chart)? {
-        Construction::Pattern(pattern) => {
-            let relaxed = rest_shape::relaxed(parsed, chart, &pattern, yarn, options)?;
-            Ok(relaxed.0)
-        }
+        Construction::Pattern(pattern) => rest_shape::relaxed(chart, &pattern, options),
         Construction::Chart(_) => Err(format!(
             "{chart} is of fixed size: its loops can only be `laid`"
         )),

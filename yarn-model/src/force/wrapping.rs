@@ -54,8 +54,9 @@ pub struct WrapElement {
 /// | `e, n` | directions of the axis and the normals of the wings | 1 |
 /// | `σ` | ±1, see [`elements`](Self::elements) | 1 |
 ///
-/// Second derivatives: `Exact`; `Projected` and `GaussNewton` are
-/// `k_w L ∇ψ ∇ψᵀ`, which is not an upper bound of the exact one.
+/// Second derivatives: `Exact`; `GaussNewton` is `k_w L ∇ψ ∇ψᵀ`, which is not
+/// an upper bound of the exact one; `Projected` is one: it adds the positive
+/// part of `(ψ − ψ0) ∇²ψ`, which has a closed form for each wing.
 ///
 /// **Unwrapping.** The angle of the last accepted step is kept (the term's
 /// history) and continued from, so that an element swept through ±π keeps its
@@ -73,8 +74,9 @@ pub struct WrapElement {
 /// which is the same where both wings stand L/2 or more above the axis, has the
 /// energy of a flat stitch where one is in line with it, and has continuous
 /// third derivatives in between. So a wing that is wrapped at all is kept off
-/// its axis by the energy it would lose. Their semidefinite second derivative
-/// keeps the positive part by `(ψ, η_3, η_4)` and drops `∇²ψ, ∇²η`. Where
+/// its axis by the energy it would lose. Their semidefinite second derivatives
+/// keep the positive part by `(ψ, η_3, η_4)`; `Projected` adds those of `∇²ψ` and
+/// `∇²η`, `GaussNewton` drops them. Where
 /// `w w < ½` the angle continued from is ψ0: a wing that passes its axis has no
 /// turns to remember. Deviation: [Cirio2017] has no such factor.
 ///

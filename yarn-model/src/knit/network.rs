@@ -445,6 +445,14 @@ impl<'a> Knitter<'a> {
             (true, true) => HEAD,
             _ => SINKER,
         };
+        // Cells know their lengths; a sinker is that of the loop on its left.
+        if self.layout.options.cells.is_some() && a.place != EXTRA && b.place != EXTRA {
+            let owner = match segment {
+                SINKER if !a.right => b.owner,
+                _ => a.owner,
+            };
+            return self.layout.template(owner).arcs[segment].max(self.least);
+        }
         let straight = distance(self.points[a.node as usize], self.points[b.node as usize]);
         // A node beside the edge belongs to no loop.
         let owner = if a.owner == NONE { b.owner } else { a.owner };

@@ -117,6 +117,10 @@ pub(super) static INTEGRATOR: Table = Table::new(
                 ),
                 ("exact", "always exact; trouble is left to step splitting"),
                 ("projected", "always positive semidefinite"),
+                (
+                    "gauss-newton",
+                    "products of first derivatives only: semidefinite, no upper bound",
+                ),
             ]),
             "\"auto\"",
             "Second derivatives in Newton's matrix.",
@@ -234,7 +238,7 @@ pub(super) static DAMPING: Table = Table::new(
 pub(super) static SOLVER: Table = Table::new(
     "",
     &[
-        key(
+        derived(
             "kind",
             Choice(&[
                 ("cg", "filtered conjugate gradients"),
@@ -244,7 +248,7 @@ pub(super) static SOLVER: Table = Table::new(
                     "single-precision conjugate gradients, refined in double precision",
                 ),
             ]),
-            "\"cg\"",
+            "`cg`; `direct` with `integrator.kind` = \"static\"",
             "Linear solver.",
         ),
         key(
@@ -301,7 +305,7 @@ pub(super) static SOLVER: Table = Table::new(
             "500",
             "Iterations of one solve.",
         ),
-        key(
+        derived(
             "precision",
             Choice(&[
                 (
@@ -314,7 +318,7 @@ pub(super) static SOLVER: Table = Table::new(
                     "as `mixed`, with the sums of `cg` in single precision too",
                 ),
             ]),
-            "\"mixed\"",
+            "`mixed`; `f64` with `integrator.kind` = \"static\"",
             "Precision of the linear systems.",
         ),
         key(

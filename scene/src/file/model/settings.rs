@@ -132,6 +132,8 @@ pub enum CurvatureKind {
     Exact,
     /// Always positive semidefinite.
     Projected,
+    /// Products of first derivatives only: semidefinite, no upper bound.
+    GaussNewton,
 }
 
 /// Gentle start.
