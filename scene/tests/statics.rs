@@ -90,7 +90,7 @@ fn a_strip_hangs() {
     assert_eq!(r.end, EndReason::AtRest);
     assert!(r.force < 1e-6);
     let (k, w) = (100.0, 0.2 * 9.81);
-    let mut s = 1.0;
+    let mut s: f64 = 1.0;
     for _ in 0..60 {
         s -= (0.5 * k * (s * s * s - s) - w) / (0.5 * k * (3.0 * s * s - 1.0));
     }
@@ -158,7 +158,7 @@ fn a_drape_is_that_of_motion() {
         ("integrator.max_step", "4e-3"),
     ]);
     let moving = rest(&text, &set, 1);
-    let apart = still.points().iter().zip(moving.points()).map(|(a, b)| {
+    let apart = still.points().into_iter().zip(moving.points()).map(|(a, b)| {
         let d: f64 = (0..3).map(|k| (a[k] - b[k]).powi(2)).sum();
         d.sqrt()
     });

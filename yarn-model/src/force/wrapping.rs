@@ -146,14 +146,14 @@ impl StitchWrapping {
     /// Elements of a network: for every child and parent of a contact the two
     /// of [`WrapPair`], where the yarns go on beyond the contact.
     ///
-    /// `σ` is the sign of the change of ψ when both wings move the way that the
-    /// stitch unwraps: with a knit stitch the wings of
+    /// `σ` is that of the flat template: for a knit stitch positive on the left
+    /// side and negative on the right, for a purl stitch opposite. With several
+    /// parents it is the sign of the change of ψ when both wings move the way
+    /// that the stitch unwraps: with a knit stitch the wings of
     /// [`ChildAtA`](WrapPair::ChildAtA) to the back and those of
     /// [`ChildAtB`](WrapPair::ChildAtB) to the front, with a purl stitch the
     /// other way round. Where the wings disagree because the layout folds them
-    /// onto each other, it is that of the flat template: for a knit stitch
-    /// positive on the left side and negative on the right, for a purl stitch
-    /// opposite.
+    /// onto each other, it is again that of the flat template.
     pub fn elements(network: &YarnNetwork) -> Vec<WrapElement> {
         let mut elements = Vec::with_capacity(4 * network.stitches.len());
         for (index, contact) in network.stitches.iter().enumerate() {
@@ -286,6 +286,10 @@ fn sigma(network: &YarnNetwork, contact: &StitchContact, pair: WrapPair, points:
     let way = (front(contact.a) + front(contact.b)) * sign;
     let floor = (FLAT * contact.rest * contact.rest).powi(2);
     let table = f64::from(contact.side) * if contact.purl { 1.0 } else { -1.0 };
+    // Loops of plain stitches may be laid turned far out of the plane.
+    if contact.parents == 1 {
+        return table;
+    }
     let Some(frame) = Dihedral::new(x0, x1, x3, x4, floor) else {
         return table;
     };
