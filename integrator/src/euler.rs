@@ -595,7 +595,13 @@ pub(crate) fn hold(pins: &Option<Pins>, b: &mut [f64], taken: &mut Vec<[f64; 3]>
 }
 
 /// `out = q + dt (v + factor dv)`
-pub(crate) fn extrapolate(q: &[f64], v: &[f64], along: Option<(&[f64], f64)>, dt: f64, out: &mut [f64]) {
+pub(crate) fn extrapolate(
+    q: &[f64],
+    v: &[f64],
+    along: Option<(&[f64], f64)>,
+    dt: f64,
+    out: &mut [f64],
+) {
     match along {
         None => {
             for ((out, q), v) in out.iter_mut().zip(q).zip(v) {
@@ -695,7 +701,12 @@ fn norm_of(norm: ResidualNorm, f: &[f64], plan: &ScenePlan) -> f64 {
 }
 
 /// Names the term and the point behind a residual that is not finite.
-pub(crate) fn not_finite(plan: &ScenePlan, state: &State, at: &EvalPoint<'_>, b: &[f64]) -> StepError {
+pub(crate) fn not_finite(
+    plan: &ScenePlan,
+    state: &State,
+    at: &EvalPoint<'_>,
+    b: &[f64],
+) -> StepError {
     let mut g = Vec::new();
     for term in &plan.terms {
         let batch = term.batch.as_ref();

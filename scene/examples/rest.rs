@@ -76,7 +76,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         let of = end.iter().map(|p| 1e3 * p[k]);
         of.clone().fold(f64::MIN, f64::max) - of.fold(f64::MAX, f64::min)
     });
-    println!("extent {:.1} {:.1} {:.1} mm", extent[0], extent[1], extent[2]);
+    println!(
+        "extent {:.1} {:.1} {:.1} mm",
+        extent[0], extent[1], extent[2]
+    );
     let [along, up] = curvature(end);
     println!("curvature along courses {along:.2}, wales {up:.2} 1/m");
     if let Some(yarns) = &built.geometry.yarns

@@ -29,8 +29,8 @@ use selvedge_collision::{
 use selvedge_energy::DofLayout;
 use selvedge_integrator::{
     BackwardEuler, ControlSettings, CurvaturePolicy, Forcing, Inertia, Integrator, LineSearch,
-    NewtonSettings, RelaxationSettings, ResidualNorm, ScenePlan, Scheme, Settings, Simulation, State,
-    StaticRest, StaticSettings, StopSettings, Term,
+    NewtonSettings, RelaxationSettings, ResidualNorm, ScenePlan, Scheme, Settings, Simulation,
+    State, StaticRest, StaticSettings, StopSettings, Term,
 };
 use selvedge_shell_model::{
     BendingOptions, DampingKind, SharedScalar, bending_term, drag_term, lumped_masses,
@@ -50,8 +50,8 @@ pub use sewn::Sewn;
 pub use system::broad_phase;
 pub(crate) use topology::Topology;
 pub use trims::Trims;
-pub use yarns::YarnCloth;
 use yarns::Dissipation;
+pub use yarns::YarnCloth;
 
 /// A scene whose inputs have been read: meshes, bodies, fabrics.
 #[derive(Clone)]

@@ -45,7 +45,11 @@ pub(crate) fn derive(
     let matrix_free = read("solver", "product") == Some(json!("matrix-free"));
     set(tree, "relaxation", "enabled", || json!(!yarns && !statics));
     set(tree, "solver", "kind", || {
-        json!(if statics && !matrix_free { "direct" } else { "cg" })
+        json!(if statics && !matrix_free {
+            "direct"
+        } else {
+            "cg"
+        })
     });
     set(tree, "solver", "precision", || {
         json!(if statics { "f64" } else { "mixed" })

@@ -143,7 +143,10 @@ impl Dihedral {
             let k = 0.5 * c.abs();
             let sign = c.signum();
             let d: [[V; 2]; 3] = std::array::from_fn(|i| {
-                [wing.m * alpha[i], self.t * alpha[i] + wing.m * (0.5 * beta[i])]
+                [
+                    wing.m * alpha[i],
+                    self.t * alpha[i] + wing.m * (0.5 * beta[i]),
+                ]
             });
             let at = [0, 3, if w == 0 { 9 } else { 6 }];
             for i in 0..3 {
@@ -185,9 +188,8 @@ impl Dihedral {
         let value = 0.5 * (bb - k.signum() * root);
         let weight = -k * value / (aa * bb + value * value);
         let b = bb.sqrt();
-        let vector: [V; 3] = std::array::from_fn(|i| {
-            self.t * (b * alpha[i]) + wing.m * (value / b * beta[i])
-        });
+        let vector: [V; 3] =
+            std::array::from_fn(|i| self.t * (b * alpha[i]) + wing.m * (value / b * beta[i]));
         let normal = k.max(0.0);
         let at = [0, 3, if w == 0 { 9 } else { 6 }];
         for i in 0..3 {

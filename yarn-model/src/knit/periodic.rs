@@ -69,7 +69,7 @@ impl KnitOptions {
         let rows = pattern.rows().max(1);
         let repeat = [
             pattern.multiple().max(1),
-            if rows % 2 == 0 { rows } else { 2 * rows },
+            if rows.is_multiple_of(2) { rows } else { 2 * rows },
         ];
         let size = repeat.map(|n| REPEATS * n);
         let chart = pattern
@@ -351,7 +351,8 @@ impl Cell {
                 let foreseen = 0.5 * gradient.dot(&step);
                 // Where energies are down to round-off, forces decide.
                 let flat = gain.abs() <= 1e-13 * value.abs();
-                if gain >= 1e-4 * foreseen || (flat && self.evaluate(&tried).1.amax() < report.force)
+                if gain >= 1e-4 * foreseen
+                    || (flat && self.evaluate(&tried).1.amax() < report.force)
                 {
                     if flat || gain > 0.5 * foreseen {
                         shift = (shift / 3.0).max(least);
@@ -390,7 +391,12 @@ impl Cell {
 
 /// Least eigenvalue beyond those of motions that cost nothing.
 fn least_stiffness(hessian: DMatrix<f64>) -> f64 {
-    let mut values: Vec<f64> = hessian.symmetric_eigen().eigenvalues.iter().copied().collect();
+    let mut values: Vec<f64> = hessian
+        .symmetric_eigen()
+        .eigenvalues
+        .iter()
+        .copied()
+        .collect();
     values.sort_by(f64::total_cmp);
     let scale = values.last().map_or(0.0, |v| 1e-10 * v);
     let real = values.iter().copied().filter(|v| v.abs() > scale);

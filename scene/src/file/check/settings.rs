@@ -1,6 +1,8 @@
 //! Settings that have to go together.
 
-use super::super::model::{IntegratorKind, MatrixKind, Precision, PreconditionerKind, ProductKind, SolverKind};
+use super::super::model::{
+    IntegratorKind, MatrixKind, Precision, PreconditionerKind, ProductKind, SolverKind,
+};
 use super::super::suggest::show;
 use super::Check;
 
