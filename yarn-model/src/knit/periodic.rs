@@ -69,7 +69,11 @@ impl KnitOptions {
         let rows = pattern.rows().max(1);
         let repeat = [
             pattern.multiple().max(1),
-            if rows.is_multiple_of(2) { rows } else { 2 * rows },
+            if rows.is_multiple_of(2) {
+                rows
+            } else {
+                2 * rows
+            },
         ];
         let size = repeat.map(|n| REPEATS * n);
         let chart = pattern
