@@ -19,7 +19,7 @@ const REFUSED: f64 = 0.1;
 const GOOD: f64 = 0.5;
 /// Share of it below which the pseudo-step shrinks \[1\].
 const POOR: f64 = 0.1;
-/// Share of the slope that a step has to gain [Armijo] \[1\].
+/// Share of the slope that a step has to gain (Armijo) \[1\].
 const ARMIJO: f64 = 1e-4;
 /// Share of the slope that may be left, of either sign, where energies no
 /// longer tell steps apart \[1\].
