@@ -135,6 +135,25 @@ pub enum StepError {
         /// Detections done.
         tries: usize,
     },
+    /// A static solve found no direction that lowers the energy.
+    #[error(
+        "no direction lowers the energy any further; the largest unbalanced force, {force:.3e} N \
+         (tolerance {tolerance:.3e} N), acts on point {point} at ({x:.4}, {y:.4}, {z:.4}) m"
+    )]
+    Stalled {
+        /// The point.
+        point: usize,
+        /// Its position [m].
+        x: f64,
+        /// See `x`.
+        y: f64,
+        /// See `x`.
+        z: f64,
+        /// Force on it [N].
+        force: f64,
+        /// Tolerance [N].
+        tolerance: f64,
+    },
     /// The linear solver failed.
     #[error("linear solve: {0}")]
     Linear(#[from] LinsolveError),

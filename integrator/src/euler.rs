@@ -143,7 +143,11 @@ impl BackwardEuler {
             newton_iterations: 1,
             ..StepReport::default()
         };
-        self.assemble(plan, state, request, Curvature::Projected, ledger)?;
+        let curvature = match self.forced.unwrap_or(self.settings.curvature) {
+            CurvaturePolicy::GaussNewton => Curvature::GaussNewton,
+            _ => Curvature::Projected,
+        };
+        self.assemble(plan, state, request, curvature, ledger)?;
         let solve = self.solve(plan, ledger)?;
         report.linear_iterations = solve.iterations;
         if solve.status == SolveStatus::NegativeCurvature {
@@ -227,7 +231,8 @@ impl BackwardEuler {
         let policy = self.forced.unwrap_or(self.settings.curvature);
         let mut curvature = match policy {
             CurvaturePolicy::Projected => Curvature::Projected,
-            _ => Curvature::Exact,
+            CurvaturePolicy::GaussNewton => Curvature::GaussNewton,
+            CurvaturePolicy::Auto | CurvaturePolicy::Exact => Curvature::Exact,
         };
         let before = self.before;
         loop {
@@ -530,7 +535,7 @@ impl Integrator for BackwardEuler {
 }
 
 /// Unknowns `q` at the end of a step that begins at `state`.
-fn end_point<'a>(state: &'a State, q: &'a [f64], dt: f64) -> EvalPoint<'a> {
+pub(crate) fn end_point<'a>(state: &'a State, q: &'a [f64], dt: f64) -> EvalPoint<'a> {
     EvalPoint {
         layout: state.layout,
         q,
@@ -539,7 +544,7 @@ fn end_point<'a>(state: &'a State, q: &'a [f64], dt: f64) -> EvalPoint<'a> {
     }
 }
 
-fn step_start<'a>(state: &'a State, q_predicted: &'a [f64], dt: f64) -> StepStart<'a> {
+pub(crate) fn step_start<'a>(state: &'a State, q_predicted: &'a [f64], dt: f64) -> StepStart<'a> {
     // Contact knows points alone.
     let points = 3 * state.layout.points;
     StepStart {
@@ -577,7 +582,7 @@ fn project(pins: &Option<Pins>, b: &mut [f64]) {
 }
 
 /// [`project`], and what it takes from the points of pins.
-fn hold(pins: &Option<Pins>, b: &mut [f64], taken: &mut Vec<[f64; 3]>) {
+pub(crate) fn hold(pins: &Option<Pins>, b: &mut [f64], taken: &mut Vec<[f64; 3]>) {
     taken.clear();
     let Some(held) = pins else { return };
     let at = |b: &[f64], p: u32| b.as_chunks::<3>().0[p as usize];
@@ -592,7 +597,13 @@ fn hold(pins: &Option<Pins>, b: &mut [f64], taken: &mut Vec<[f64; 3]>) {
 }
 
 /// `out = q + dt (v + factor dv)`
-fn extrapolate(q: &[f64], v: &[f64], along: Option<(&[f64], f64)>, dt: f64, out: &mut [f64]) {
+pub(crate) fn extrapolate(
+    q: &[f64],
+    v: &[f64],
+    along: Option<(&[f64], f64)>,
+    dt: f64,
+    out: &mut [f64],
+) {
     match along {
         None => {
             for ((out, q), v) in out.iter_mut().zip(q).zip(v) {
@@ -692,7 +703,12 @@ fn norm_of(norm: ResidualNorm, f: &[f64], plan: &ScenePlan) -> f64 {
 }
 
 /// Names the term and the point behind a residual that is not finite.
-fn not_finite(plan: &ScenePlan, state: &State, at: &EvalPoint<'_>, b: &[f64]) -> StepError {
+pub(crate) fn not_finite(
+    plan: &ScenePlan,
+    state: &State,
+    at: &EvalPoint<'_>,
+    b: &[f64],
+) -> StepError {
     let mut g = Vec::new();
     for term in &plan.terms {
         let batch = term.batch.as_ref();
@@ -711,7 +727,7 @@ fn not_finite(plan: &ScenePlan, state: &State, at: &EvalPoint<'_>, b: &[f64]) ->
     not_finite_at(state, point, "the residual", None)
 }
 
-fn not_finite_at(
+pub(crate) fn not_finite_at(
     state: &State,
     point: usize,
     what: &'static str,

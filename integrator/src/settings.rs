@@ -25,6 +25,8 @@ pub enum CurvaturePolicy {
     Exact,
     /// Always positive semidefinite.
     Projected,
+    /// Products of first derivatives only.
+    GaussNewton,
 }
 
 /// How exactly the linear systems of one step are solved.
@@ -143,6 +145,46 @@ impl Default for NewtonSettings {
             curvature: CurvaturePolicy::Auto,
             forcing: Forcing::Constant,
         }
+    }
+}
+
+/// Search for a state of rest, see [`StaticRest`](crate::StaticRest).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StaticSettings {
+    /// Largest unbalanced force at which the cloth is at rest [N].
+    pub tolerance: f64,
+    /// Largest change of any unknown in one iteration [m].
+    pub max_move: f64,
+    /// First pseudo-step [s].
+    pub first_step: f64,
+    /// Tries of the line search, halving from a full step.
+    pub line_search_tries: usize,
+    /// Curvature policy.
+    pub curvature: CurvaturePolicy,
+}
+
+impl Default for StaticSettings {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-6,
+            max_move: 1e-2,
+            first_step: 1e-3,
+            line_search_tries: 8,
+            curvature: CurvaturePolicy::Auto,
+        }
+    }
+}
+
+impl StaticSettings {
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// [`PlanError::Setting`] for the first value outside its range.
+    pub fn validate(&self) -> Result<(), PlanError> {
+        positive("force_tolerance", self.tolerance)?;
+        positive("max_move", self.max_move)?;
+        positive("first_step", self.first_step)?;
+        at_least_one("line_search_halvings", self.line_search_tries)
     }
 }
 

@@ -163,6 +163,11 @@ impl Simulation {
                 self.accept(&report, in_window);
                 Ok(Outcome::Accepted { dt, report })
             }
+            // Repeating it changes nothing.
+            Err(source @ StepError::Stalled { .. }) => Err(SimulationError::Step {
+                time: self.state.time,
+                source,
+            }),
             Err(reason) => {
                 self.counters.rejected += 1;
                 self.rest.reset();
@@ -190,6 +195,13 @@ impl Simulation {
         c.projected += report.projected as u64;
         if in_window {
             self.state.v.fill(0.0);
+            return;
+        }
+        if let Some(rest) = &report.rest {
+            // Nothing moves; forces decide.
+            if rest.at_rest() {
+                self.ended = Some(EndReason::AtRest);
+            }
             return;
         }
         self.kinetic.clear();
@@ -326,6 +338,10 @@ impl Simulation {
             ("q".into(), self.state.q.clone()),
             ("v".into(), self.state.v.clone()),
         ];
+        let history = self.integrator.history();
+        if !history.is_empty() {
+            sections.push(("integrator".into(), history));
+        }
         for (i, term) in self.plan.terms.iter().enumerate() {
             sections.push((format!("term {i}"), term.batch.history().to_vec()));
         }
@@ -397,6 +413,12 @@ impl Simulation {
         if !self.control.restore(section("control")?) {
             return Err(SimulationError::Snapshot {
                 what: "section `control` is broken".into(),
+            });
+        }
+        let history = snapshot.section("integrator").unwrap_or_default();
+        if !self.integrator.restore_history(history) {
+            return Err(SimulationError::Snapshot {
+                what: "section `integrator` is broken".into(),
             });
         }
         if !self.rest.restore(section("rest")?) {

@@ -35,6 +35,17 @@ pub trait Integrator: Send {
     /// choose it themselves; `None` leaves it to them again.
     fn force_tolerance(&mut self, _tolerance: Option<f64>) {}
 
+    /// What the next steps depend on beside the state, for checkpoints.
+    fn history(&self) -> Vec<f64> {
+        Vec::new()
+    }
+
+    /// Takes back what [`history`](Self::history) gave; `false` where it does
+    /// not fit.
+    fn restore_history(&mut self, history: &[f64]) -> bool {
+        history.is_empty()
+    }
+
     /// Heap memory of work arrays [bytes].
     fn heap_bytes(&self) -> usize;
 }
@@ -52,8 +63,11 @@ pub struct StepReport {
     pub negative_curvature: usize,
     /// Iterations repeated with projected curvature.
     pub projected: usize,
-    /// Final residual in the units of the chosen norm.
+    /// Final residual in the units of the chosen norm; of a static solve the
+    /// largest unbalanced force [N].
     pub residual: f64,
+    /// How far from rest a static solve is; `None` from time stepping.
+    pub rest: Option<RestReport>,
     /// Energy of every term at the end of the step [J].
     pub energies: Vec<TermEnergy>,
     /// Energy of all contacts at the end of the step, the potential of the
@@ -70,4 +84,25 @@ pub struct StepReport {
     /// missing in the constrained directions, `R = M (v − v_0)/h − F`; a point
     /// that is listed twice has its whole force at both places.
     pub pin_forces: Vec<[f64; 3]>,
+}
+
+/// How far a static solve is from rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RestReport {
+    /// Largest unbalanced force on a free point or scalar [N]. That on a point
+    /// that stands for a rotation is a moment [N·m].
+    pub force: f64,
+    /// The point that it acts on, or where the scalar lives.
+    pub point: usize,
+    /// Force below which the cloth is at rest [N].
+    pub tolerance: f64,
+    /// Pseudo-step of the iteration [s].
+    pub pseudo_step: f64,
+}
+
+impl RestReport {
+    /// Whether all forces are balanced.
+    pub fn at_rest(&self) -> bool {
+        self.force < self.tolerance
+    }
 }

@@ -300,6 +300,7 @@ fn stages(built: &BuiltScene, crossed: bool) -> [(&'static str, &'static str, St
             curvature: CurvaturePolicy::Projected,
             ..drape.newton
         },
+        statics: None,
         drag: None,
         hold_labels: false,
     };

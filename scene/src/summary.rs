@@ -81,7 +81,8 @@ pub struct Summary {
     pub defects: Vec<Defect>,
     /// Kinetic energy at the end [J].
     pub kinetic_energy_j: f64,
-    /// Newton residual of the last step, in the units of the chosen norm.
+    /// Newton residual of the last step, in the units of the chosen norm; of a
+    /// static solve the largest unbalanced force [N].
     pub residual: f64,
     /// Estimated mean distance of the points to where they would be without
     /// any error of the numerics [m]; `null` unless it was asked for.

@@ -328,29 +328,21 @@ fn everything_built_in_moves() {
     }
 }
 
-/// Loops of a sample at rest move less at the start than loops laid flat, and
-/// the cache gives the same ones again; a sample that does not come to rest is
-/// refused with its speed, from the cache as well. So is a chart with
-/// increases.
+/// Cloth laid with loops at rest moves less at the start than cloth laid flat,
+/// and the cache gives the same loops again. A chart with increases is refused.
 #[test]
 fn relaxed_loops_start_calmer() {
     let speed = |rest_shape: &str| -> Result<f64, String> {
-        let set = [
-            ("cloth.0.rest_shape", rest_shape),
-            ("cloth.0.yarn", "pullover"),
-        ];
-        let built = build(KNIT, &set)?;
+        let built = build(KNIT, &[("cloth.0.rest_shape", rest_shape)])?;
         let end = run(&built, 5, 1);
         let sum: f64 = end.state().v.iter().map(|v| v * v).sum();
         Ok((sum / end.state().v.len() as f64).sqrt())
     };
     let laid = speed("laid").expect("laid flat");
-    let relaxed = speed("relaxed");
-    match &relaxed {
-        Ok(relaxed) => assert!(*relaxed < 0.5 * laid, "{relaxed} of {laid} m/s"),
-        Err(e) => assert!(e.contains("still moves at"), "{e}"),
-    }
-    assert_eq!(relaxed.ok(), speed("relaxed").ok());
+    let relaxed = speed("relaxed").expect("loops at rest");
+    println!("{relaxed:.3e} of {laid:.3e} m/s");
+    assert!(relaxed < 0.5 * laid, "{relaxed} of {laid} m/s");
+    assert_eq!(Ok(relaxed), speed("relaxed"));
     let set = [
         ("cloth.0.rest_shape", "relaxed"),
         ("cloth.0.chart", "feather-and-fan"),

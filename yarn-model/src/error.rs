@@ -80,4 +80,15 @@ pub enum YarnError {
         /// Parents plus the child.
         expected: usize,
     },
+    /// Loops whose energy has no minimum that could be found.
+    #[error(
+        "the loops did not come to rest in {iterations} iterations: the largest unbalanced force \
+         is {force:.2e} N"
+    )]
+    NoRest {
+        /// Iterations made.
+        iterations: usize,
+        /// Largest unbalanced force \[N\].
+        force: f64,
+    },
 }

@@ -26,6 +26,9 @@ pub struct YarnMaterial {
     pub friction: f64,
     /// Stiffness k_f of the friction anchors [N/m].
     pub anchor_stiffness: f64,
+    /// Least length of a knitted yarn between two contacts [m]; `None`: twice
+    /// the radius, or 0.95 of the length that is laid there if that is less.
+    pub spacing: Option<f64>,
     /// Mass-proportional damping α [1/s].
     pub mass_damping: f64,
     /// Stiffness-proportional damping β [s].
@@ -51,6 +54,7 @@ impl YarnMaterial {
             wrapping: 1e-2,
             friction: 0.3,
             anchor_stiffness: 1e3,
+            spacing: None,
             mass_damping: 10.0,
             stiffness_damping: 0.01,
         }
@@ -132,6 +136,15 @@ impl YarnMaterial {
                     allowed,
                 });
             }
+        }
+        if let Some(value) = self.spacing
+            && !(value > 0.0 && value.is_finite())
+        {
+            return Err(YarnError::Parameter {
+                what: "spacing",
+                value,
+                allowed: "positive and finite",
+            });
         }
         Ok(())
     }

@@ -41,7 +41,8 @@ pub(super) fn rows(
         "triangles share edges".into(),
         "no two triangles share an edge",
     );
-    let damped = scene.damping.kind != DampingKind::None;
+    let still = stage.statics.is_some();
+    let damped = scene.damping.kind != DampingKind::None && !still;
     let kind = match scene.damping.kind {
         DampingKind::Rate => "strain-rate potential",
         DampingKind::Incremental => "incremental potential",
@@ -69,7 +70,9 @@ pub(super) fn rows(
             name,
             term(of).filter(|_| on).map(|(stencils, _)| (stencils, 0)),
             format!("{kind}, {most} s"),
-            if damped {
+            if still {
+                "nothing moves in a static solve"
+            } else if damped {
                 "zero in every fabric"
             } else {
                 "`damping.kind` is \"none\""
@@ -83,7 +86,10 @@ pub(super) fn rows(
         "drag",
         term("drag"),
         format!("{drag} 1/s"),
-        "zero in every fabric",
+        match still {
+            true => "nothing moves in a static solve",
+            false => "zero in every fabric",
+        },
     );
     let count = plan
         .terms
@@ -179,13 +185,13 @@ pub(super) fn rows(
         "friction on bodies",
         rubs(coefficients.on_bodies[1], !built.bodies.is_empty()).then_some((0, 0)),
         range(coefficients.on_bodies),
-        "no body with friction",
+        no_friction(stage, "no body with friction"),
     );
     add(
         "friction of cloth on cloth",
         rubs(coefficients.on_cloth[1], wanted && stage.self_contact).then_some((0, 0)),
         range(coefficients.on_cloth),
-        "no self-contact, or no friction",
+        no_friction(stage, "no self-contact, or no friction"),
     );
     let r = &settings.relaxation;
     add(
@@ -194,7 +200,9 @@ pub(super) fn rows(
         format!("{} s, stiffness from {}", r.duration, r.stiffness_start),
         "`relaxation.enabled` is false",
     );
-    let early = if moves {
+    let early = if stage.statics.is_some() {
+        "a static solve ends where forces are balanced"
+    } else if moves {
         "something moves"
     } else {
         "`stop.early` is false"
@@ -220,15 +228,22 @@ pub(super) fn rows(
     add("sliding yarns", slides, "yarns cross".into(), no);
     if yarns.is_some() {
         for (name, yes, no) in OF_YARNS {
+            let no = match name {
+                "yarn friction" => no_friction(stage, no),
+                _ => no,
+            };
             add(name, term(name), yes.into(), no);
         }
         let beta = yarns.map_or(0.0, |y| y.damping());
         // Part of the elastic terms' own stencils: no memory of its own.
         add(
             "yarn damping",
-            (beta > 0.0).then_some((0, 0)),
+            (beta > 0.0 && stage.statics.is_none()).then_some((0, 0)),
             format!("{beta} s"),
-            "`stiffness_damping` is zero in every yarn",
+            match stage.statics {
+                Some(_) => "nothing moves in a static solve",
+                None => "`stiffness_damping` is zero in every yarn",
+            },
         );
     }
     if let Some(yarns) = &built.geometry.yarns {
@@ -256,6 +271,14 @@ pub(super) fn rows(
         "`output.report` is false",
     );
     rows
+}
+
+/// Why friction is off.
+fn no_friction(stage: &StageOptions, otherwise: &'static str) -> &'static str {
+    match stage.statics {
+        Some(_) if !stage.friction => "off in a static solve: `integrator.static_friction`",
+        _ => otherwise,
+    }
 }
 
 /// Terms of yarns, why they are on and why they are off.

@@ -28,9 +28,9 @@ use selvedge_collision::{
 };
 use selvedge_energy::DofLayout;
 use selvedge_integrator::{
-    BackwardEuler, ControlSettings, CurvaturePolicy, Forcing, Inertia, LineSearch, NewtonSettings,
-    RelaxationSettings, ResidualNorm, ScenePlan, Scheme, Settings, Simulation, State, StopSettings,
-    Term,
+    BackwardEuler, ControlSettings, CurvaturePolicy, Forcing, Inertia, Integrator, LineSearch,
+    NewtonSettings, RelaxationSettings, ResidualNorm, ScenePlan, Scheme, Settings, Simulation,
+    State, StaticRest, StaticSettings, StopSettings, Term,
 };
 use selvedge_shell_model::{
     BendingOptions, DampingKind, SharedScalar, bending_term, drag_term, lumped_masses,
@@ -50,6 +50,7 @@ pub use sewn::Sewn;
 pub use system::broad_phase;
 pub(crate) use topology::Topology;
 pub use trims::Trims;
+use yarns::Dissipation;
 pub use yarns::YarnCloth;
 
 /// A scene whose inputs have been read: meshes, bodies, fabrics.
@@ -91,6 +92,8 @@ pub struct StageOptions {
     pub settings: Settings,
     /// Newton's method.
     pub newton: NewtonSettings,
+    /// Search for rest in place of time stepping: without damping.
+    pub statics: Option<StaticSettings>,
     /// Drag instead of the fabrics' own [1/s].
     pub drag: Option<f64>,
     /// Whether points of held labels are attached to where they are.
@@ -158,9 +161,16 @@ impl BuiltScene {
         let i = &scene.integrator;
         let r = &scene.relaxation;
         let s = &scene.stop;
+        let statics = (i.kind == model::IntegratorKind::Static).then(|| StaticSettings {
+            tolerance: i.force_tolerance,
+            max_move: self.max_move(),
+            line_search_tries: i.line_search_halvings.max(STATIC_TRIES),
+            curvature: curvature(i.curvature),
+            ..StaticSettings::default()
+        });
         StageOptions {
             self_contact: true,
-            friction: true,
+            friction: statics.is_none() || i.static_friction,
             gravity: scene.simulation.gravity,
             settings: Settings {
                 duration: scene.simulation.duration,
@@ -193,7 +203,9 @@ impl BuiltScene {
                 iterations: i.newton_iterations,
                 line_search_tries: i.line_search_halvings,
                 scheme: match i.kind {
-                    model::IntegratorKind::BackwardEuler => Scheme::Newton,
+                    model::IntegratorKind::BackwardEuler | model::IntegratorKind::Static => {
+                        Scheme::Newton
+                    }
                     model::IntegratorKind::LinearisedEuler => Scheme::Linearised,
                 },
                 line_search: match i.line_search {
@@ -208,11 +220,7 @@ impl BuiltScene {
                     ResidualNormKind::Mass => ResidualNorm::Mass,
                     ResidualNormKind::Paper => ResidualNorm::Paper,
                 },
-                curvature: match i.curvature {
-                    model::CurvatureKind::Auto => CurvaturePolicy::Auto,
-                    model::CurvatureKind::Exact => CurvaturePolicy::Exact,
-                    model::CurvatureKind::Projected => CurvaturePolicy::Projected,
-                },
+                curvature: curvature(i.curvature),
                 forcing: match scene.solver.forcing {
                     model::ForcingKind::Constant => Forcing::Constant,
                     model::ForcingKind::EisenstatWalker => Forcing::EisenstatWalker {
@@ -221,9 +229,28 @@ impl BuiltScene {
                     },
                 },
             },
-            drag: None,
+            drag: statics.map(|_| 0.0),
+            statics,
             hold_labels: true,
         }
+    }
+
+    /// Largest change of any unknown in one iteration of a static solve [m].
+    fn max_move(&self) -> f64 {
+        let scene = self.scene();
+        if let Some(yarns) = &self.geometry.yarns {
+            let radii = yarns.network.materials.iter().map(|m| m.radius);
+            return radii.fold(f64::INFINITY, f64::min);
+        }
+        // Nothing is passed through in one move.
+        let mut most = scene.mesh.edge_length;
+        if !self.bodies.is_empty() {
+            most = most.min(scene.contact.body_thickness);
+        }
+        if self.self_contact().0 {
+            most = most.min(0.5 * scene.contact.thickness);
+        }
+        most
     }
 
     /// Puts the simulation of a stage together, from a state of the cloth in
@@ -245,12 +272,18 @@ impl BuiltScene {
             }
         }
         let damping = match scene.damping.kind {
+            _ if stage.statics.is_some() => DampingKind::Off,
             model::DampingKind::Rate => DampingKind::Rate,
             model::DampingKind::Incremental => DampingKind::Incremental,
             model::DampingKind::None => DampingKind::Off,
         };
         let model_error = |e: selvedge_shell_model::ModelError| refuse(e.to_string());
-        let yarns = g.yarns.as_ref().map(|y| y.parts(stage.gravity));
+        let dissipates = Dissipation {
+            damping: stage.statics.is_none(),
+            friction: stage.friction,
+        };
+        let yarns = g.yarns.as_ref();
+        let yarns = yarns.map(|y| y.parts(stage.gravity, dissipates));
         let mut masses = match &yarns {
             Some(yarns) => yarns.inertia.masses.clone(),
             None => lumped_masses(&g.mesh, &fabrics).map_err(model_error)?,
@@ -342,12 +375,21 @@ impl BuiltScene {
             pins,
             system,
         };
-        let integrator = BackwardEuler::new(stage.newton).map_err(|e| refuse(e.to_string()))?;
+        let integrator: Result<Box<dyn Integrator>, _> = match stage.statics {
+            Some(_) if moves => {
+                let message = "a static solve needs everything that holds or hinders the cloth to \
+                               stand still";
+                return Err(refuse(message.to_owned()));
+            }
+            Some(statics) => StaticRest::new(statics).map(|i| Box::new(i) as _),
+            None => BackwardEuler::new(stage.newton).map(|i| Box::new(i) as _),
+        };
+        let integrator = integrator.map_err(|e| refuse(e.to_string()))?;
         let mut settings = stage.settings;
         // Rest says nothing while something is going to move.
-        settings.stop.early &= !moves;
+        settings.stop.early &= !moves && stage.statics.is_none();
         let effects = effects::rows(self, stage, &plan, &settings, moves);
-        let simulation = Simulation::new(plan, state, Box::new(integrator), settings)
+        let simulation = Simulation::new(plan, state, integrator, settings)
             .map_err(|e| refuse(e.to_string()))?;
         Ok(Built {
             simulation,
@@ -570,6 +612,18 @@ impl BuiltScene {
         Ok(held)
     }
 }
+
+fn curvature(kind: model::CurvatureKind) -> CurvaturePolicy {
+    match kind {
+        model::CurvatureKind::Auto => CurvaturePolicy::Auto,
+        model::CurvatureKind::Exact => CurvaturePolicy::Exact,
+        model::CurvatureKind::Projected => CurvaturePolicy::Projected,
+        model::CurvatureKind::GaussNewton => CurvaturePolicy::GaussNewton,
+    }
+}
+
+/// Tries of a static solve's line search, at least.
+const STATIC_TRIES: usize = 8;
 
 /// Stiffness of the springs that hold a labelled edge to the body [N/m].
 const HOLD_STIFFNESS: f64 = 100.0;

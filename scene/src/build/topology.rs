@@ -6,7 +6,7 @@ use selvedge_shell_model::ShellMesh;
 use selvedge_yarn_model::topology::{Change, TopologyEvent, changes};
 use selvedge_yarn_model::{FrictionSettings, StitchWrapping, YarnNetwork};
 
-use super::yarns::YarnCloth;
+use super::yarns::{Dissipation, YarnCloth};
 use super::{Built, BuiltScene, StageOptions};
 use crate::diagnostic::{Diagnostics, Finding};
 use crate::summary::TopologySummary;
@@ -260,7 +260,7 @@ fn elastic(network: &YarnNetwork, q: &[f64]) -> f64 {
         dt: 1.0,
     };
     let mut sum = 0.0;
-    for mut term in cloth.parts([0.0; 3]).terms {
+    for mut term in cloth.parts([0.0; 3], Dissipation::ALL).terms {
         if !term.batch.name().starts_with(FRICTION_TERM) {
             term.batch.begin_step(&at);
             sum += term.batch.value(&at, 0..term.batch.len());

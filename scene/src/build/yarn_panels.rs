@@ -73,7 +73,7 @@ pub(super) fn network(
             };
             let mut loops = knit_options(own.clone(), *course_pitch, *wale_pitch);
             if *rest_shape == RestShape::Relaxed {
-                let of = relaxed_options(parsed, chart, name, &loops);
+                let of = relaxed_options(parsed, chart, &loops);
                 loops = of.map_err(|m| fail("rest_shape", m))?;
             }
             let (course, row) = (loops.template.course, loops.template.row);

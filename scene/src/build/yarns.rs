@@ -54,7 +54,7 @@ pub(super) fn network(
         } => yarn("yarn", name).and_then(|material| {
             let mut options = knit_options(material, *course_pitch, *wale_pitch);
             if *rest_shape == RestShape::Relaxed {
-                let of = relaxed_options(parsed, chart, name, &options);
+                let of = relaxed_options(parsed, chart, &options);
                 options = of.map_err(|m| fail("rest_shape", m))?;
             }
             let chart = chart_named(parsed, chart, *stitches).map_err(|m| fail("chart", m))?;
@@ -131,14 +131,10 @@ pub(super) fn knit_options(
 pub(super) fn relaxed_options(
     parsed: &Parsed,
     chart: &str,
-    yarn: &str,
     options: &KnitOptions,
 ) -> Result<KnitOptions, String> {
     match pattern_named(parsed, chart)? {
-        Construction::Pattern(pattern) => {
-            let relaxed = rest_shape::relaxed(parsed, chart, &pattern, yarn, options)?;
-            Ok(relaxed.0)
-        }
+        Construction::Pattern(pattern) => rest_shape::relaxed(chart, &pattern, options),
         Construction::Chart(_) => Err(format!(
             "{chart} is of fixed size: its loops can only be `laid`"
         )),
@@ -259,9 +255,24 @@ pub(super) struct YarnParts {
     pub owners: Vec<u32>,
 }
 
+/// Which losses act.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Dissipation {
+    pub damping: bool,
+    pub friction: bool,
+}
+
+impl Dissipation {
+    /// All of them, as in motion.
+    pub const ALL: Self = Self {
+        damping: true,
+        friction: true,
+    };
+}
+
 impl YarnCloth {
     /// Everything that the yarns call for, under gravity [m/s²].
-    pub(super) fn parts(&self, gravity: [f64; 3]) -> YarnParts {
+    pub(super) fn parts(&self, gravity: [f64; 3], dissipates: Dissipation) -> YarnParts {
         let n = &self.network;
         let yarn = |of: fn(&YarnMaterial) -> f64| n.materials.iter().map(of).fold(0.0, f64::max);
         let knit = !n.stitches.is_empty();
@@ -304,12 +315,13 @@ impl YarnCloth {
         }
         terms.retain(|t| !t.is_empty());
         let damping = self.damping();
-        if damping > 0.0 {
+        if damping > 0.0 && dissipates.damping {
             let damped =
                 |t| -> Box<dyn EnergyBatch> { Box::new(RayleighDamping::added_to(t, damping)) };
             terms = terms.into_iter().map(damped).collect();
         }
         if self.sliding
+            && dissipates.friction
             && let Some(friction) = SlidingFriction::new(n, FrictionSettings::default())
         {
             terms.push(Box::new(Batch::new("yarn friction", friction)));

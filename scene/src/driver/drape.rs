@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use selvedge_integrator::{
-    EndReason, Outcome, RelaxationSettings, Simulation, SimulationError, StepReport,
+    EndReason, Outcome, RelaxationSettings, RestReport, Simulation, SimulationError, StepReport,
 };
 use selvedge_record::{Recorder, StepDiagnostics};
 
@@ -281,14 +281,24 @@ pub(super) fn drape(
         }
         match outcome {
             Outcome::Ended(EndReason::AtRest) => {
-                let reason = format!("at rest since {:.3} s", simulation.settings().stop.window);
+                let reason = match &last.rest {
+                    Some(rest) => unbalanced(&now.built, simulation, rest),
+                    None => format!("at rest since {:.3} s", simulation.settings().stop.window),
+                };
                 return Ok(Drape {
                     status: Status::Converged,
                     reason,
                 });
             }
             Outcome::Ended(EndReason::Duration) => {
-                let reason = "the simulated time is over".to_owned();
+                let reason = match &last.rest {
+                    Some(rest) => format!(
+                        "not at rest after {} iterations: {}",
+                        simulation.counters().steps,
+                        unbalanced(&now.built, simulation, rest)
+                    ),
+                    None => "the simulated time is over".to_owned(),
+                };
                 return Ok(Drape {
                     status: Status::Finished,
                     reason,
@@ -332,6 +342,19 @@ pub(super) fn drape(
             }
         }
     }
+}
+
+/// How far from rest a static solve ended, and where.
+fn unbalanced(built: &BuiltScene, simulation: &Simulation, rest: &RestReport) -> String {
+    let (x, _) = simulation.state().q.as_chunks::<3>();
+    let [x, y, z] = x[rest.point];
+    let order = &built.geometry.order.old_of_new;
+    let point = order.get(rest.point).map_or(rest.point, |p| *p as usize);
+    format!(
+        "the largest unbalanced force is {:.2e} N (tolerance {:.0e} N), on point {point} at \
+         ({x:.4}, {y:.4}, {z:.4}) m",
+        rest.force, rest.tolerance
+    )
 }
 
 pub(crate) fn tick<'a>(

@@ -41,7 +41,19 @@ pub(crate) fn derive(
         .any(|k| OF_YARNS.contains(&k));
     let max_step = read("integrator", "max_step").and_then(|s| s.as_f64());
     let norm = read("integrator", "residual_norm");
-    set(tree, "relaxation", "enabled", || json!(!yarns));
+    let statics = read("integrator", "kind") == Some(json!("static"));
+    let matrix_free = read("solver", "product") == Some(json!("matrix-free"));
+    set(tree, "relaxation", "enabled", || json!(!yarns && !statics));
+    set(tree, "solver", "kind", || {
+        json!(if statics && !matrix_free {
+            "direct"
+        } else {
+            "cg"
+        })
+    });
+    set(tree, "solver", "precision", || {
+        json!(if statics { "f64" } else { "mixed" })
+    });
     set(tree, "stop", "kinetic_energy", || {
         json!(if yarns { 1e-14 } else { 1e-8 })
     });

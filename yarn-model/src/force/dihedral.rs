@@ -110,6 +110,109 @@ impl Dihedral {
         }
     }
 
+    /// Adds the positive semidefinite part of `c ∇²ψ`, wing by wing, to a
+    /// matrix of `x0, x1, x3, x4`.
+    ///
+    /// With `A = [α⊗n, β⊗n]` and `D = [α⊗m, α⊗t + ½ β⊗m]`, which are
+    /// orthogonal, a wing's part is `c (A Dᵀ + D Aᵀ)`; its eigenvalues come in
+    /// pairs ±, and the positive part is
+    ///
+    /// ```text
+    /// ½ (|c| A S Aᵀ + |c| D S⁻¹ Dᵀ + c (A Dᵀ + D Aᵀ)),   S = (AᵀA)⁻¹ # DᵀD
+    /// ```
+    /// with the geometric mean of 2×2 matrices, `X # Y = √(xy/det(X/x + Y/y))
+    /// (X/x + Y/y)`, `x² = det X`, `y² = det Y`.
+    pub fn add_second_positive(&self, c: f64, h: &mut [[f64; 12]; 12]) {
+        if c == 0.0 {
+            return;
+        }
+        for (w, wing) in self.wings.iter().enumerate() {
+            let (alpha, beta) = self.feet(wing);
+            let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+            let (aa, ab, bb) = (dot(alpha, alpha), dot(alpha, beta), dot(beta, beta));
+            // (AᵀA)⁻¹ over the root of its determinant, DᵀD likewise.
+            let x = 1.0 / (aa * bb - ab * ab).sqrt();
+            let of_a = [bb * x, -ab * x, aa * x];
+            let (dd, de, ee) = (aa, 0.5 * ab, aa + 0.25 * bb);
+            let y = (dd * ee - de * de).sqrt();
+            let sum = [of_a[0] + dd / y, of_a[1] + de / y, of_a[2] + ee / y];
+            let size = (x * y / (sum[0] * sum[2] - sum[1] * sum[1])).sqrt();
+            let s = sum.map(|v| v * size);
+            let inverse = 1.0 / (s[0] * s[2] - s[1] * s[1]);
+            let t = [s[2] * inverse, -s[1] * inverse, s[0] * inverse];
+            let k = 0.5 * c.abs();
+            let sign = c.signum();
+            let d: [[V; 2]; 3] = std::array::from_fn(|i| {
+                [
+                    wing.m * alpha[i],
+                    self.t * alpha[i] + wing.m * (0.5 * beta[i]),
+                ]
+            });
+            let at = [0, 3, if w == 0 { 9 } else { 6 }];
+            for i in 0..3 {
+                for j in i..3 {
+                    let (ai, aj, bi, bj) = (alpha[i], alpha[j], beta[i], beta[j]);
+                    let nn = s[0] * ai * aj + s[1] * (ai * bj + bi * aj) + s[2] * bi * bj;
+                    let across = (d[j][0] * ai + d[j][1] * bi) * sign;
+                    let back = (d[i][0] * aj + d[i][1] * bj) * sign;
+                    let left = d[j][0] * t[0] + d[j][1] * t[1];
+                    let right = d[j][0] * t[1] + d[j][1] * t[2];
+                    let block = outer(wing.n * (k * nn), wing.n)
+                        + outer(d[i][0] * k, left)
+                        + outer(d[i][1] * k, right)
+                        + outer(wing.n * k, across)
+                        + outer(back * k, wing.n);
+                    if i == j {
+                        add(h, at[i], at[i], &((block + block.transpose()) * 0.5));
+                    } else {
+                        add_both(h, at[i], at[j], &block);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Adds the positive semidefinite part of `c ∇²η` of wing `w` to a matrix
+    /// of `x0, x1, x3, x4`: that along `α⊗n`, and one of the two eigenvectors in
+    /// the plane of `α⊗t` and `β⊗m`.
+    pub fn add_second_height_positive(&self, w: usize, c: f64, h: &mut [[f64; 12]; 12]) {
+        if c == 0.0 {
+            return;
+        }
+        let wing = &self.wings[w];
+        let (alpha, beta) = self.feet(wing);
+        let k = c / wing.inverse;
+        let square_of = |a: [f64; 3]| a[0] * a[0] + a[1] * a[1] + a[2] * a[2];
+        let (aa, bb) = (square_of(alpha), square_of(beta));
+        let root = (bb * bb + 4.0 * aa * bb).sqrt();
+        let value = 0.5 * (bb - k.signum() * root);
+        let weight = -k * value / (aa * bb + value * value);
+        let b = bb.sqrt();
+        let vector: [V; 3] =
+            std::array::from_fn(|i| self.t * (b * alpha[i]) + wing.m * (value / b * beta[i]));
+        let normal = k.max(0.0);
+        let at = [0, 3, if w == 0 { 9 } else { 6 }];
+        for i in 0..3 {
+            let own = square(normal * alpha[i] * alpha[i], wing.n) + square(weight, vector[i]);
+            add(h, at[i], at[i], &own);
+            for j in i + 1..3 {
+                let block = square(normal * alpha[i] * alpha[j], wing.n)
+                    + outer(vector[i] * weight, vector[j]);
+                add_both(h, at[i], at[j], &block);
+            }
+        }
+    }
+
+    /// `α` and `β` of a wing [1/m], by `x0, x1` and the wing's own point.
+    #[inline(always)]
+    fn feet(&self, wing: &Wing) -> ([f64; 3], [f64; 3]) {
+        let a = wing.inverse;
+        (
+            [(wing.foot - 1.0) * a, -wing.foot * a, a],
+            [-self.inverse, self.inverse, 0.0],
+        )
+    }
+
     /// The signed angle in [−π, π], zero when the wings are opposite.
     #[inline(always)]
     pub fn angle(&self) -> f64 {

@@ -142,14 +142,19 @@ impl Wrapped {
                     }
                 }
             }
-            if exact {
-                for w in 0..2 {
-                    self.frame.add_second_height(w, self.slope[1 + w], h);
+            for w in 0..2 {
+                let slope = self.slope[1 + w];
+                match curvature {
+                    Curvature::Exact => self.frame.add_second_height(w, slope, h),
+                    Curvature::Projected => self.frame.add_second_height_positive(w, slope, h),
+                    Curvature::GaussNewton => {}
                 }
             }
         }
-        if exact {
-            self.frame.add_second(self.slope[0], h);
+        match curvature {
+            Curvature::Exact => self.frame.add_second(self.slope[0], h),
+            Curvature::Projected => self.frame.add_second_positive(self.slope[0], h),
+            Curvature::GaussNewton => {}
         }
     }
 }

@@ -25,6 +25,7 @@ pub use inertia::{
 };
 pub use length::StitchLength;
 pub use locked::{Locked, LockedBending, LockedGravity, LockedStretch};
+pub(crate) use parallel::LOOSE;
 pub use parallel::ParallelYarns;
 pub use shear::YarnShear;
 pub use stretch::YarnStretch;

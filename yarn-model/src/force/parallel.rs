@@ -28,7 +28,7 @@ pub struct ParallelYarns {
 
 /// Part of the rest length that `d` may reach, so that cloth is free of force
 /// at rest.
-const LOOSE: f64 = 0.95;
+pub(crate) const LOOSE: f64 = 0.95;
 
 impl ParallelYarns {
     /// Segments between two crossings, and those between two stitch contacts.
@@ -51,7 +51,8 @@ impl ParallelYarns {
     /// In woven cloth the sum of the radii of the two crossing yarns, and the
     /// yarn's own diameter more where it changes side and passes between them;
     /// in knitted cloth twice the yarn's own radius. At most 0.95 of the rest
-    /// length.
+    /// length, but for yarns with a [`spacing`](crate::YarnMaterial::spacing) of
+    /// their own.
     pub fn spacing(network: &YarnNetwork, a: u32, b: u32) -> Option<f64> {
         let strand = |s: u32| &network.strands[s as usize];
         let contact = |s: u32| network.contacts[strand(s).node as usize];
@@ -70,7 +71,10 @@ impl ParallelYarns {
             (
                 NodeContact::StitchA(i) | NodeContact::StitchB(i),
                 NodeContact::StitchA(j) | NodeContact::StitchB(j),
-            ) if i != j => 2.0 * own,
+            ) if i != j => match network.material_of(a).spacing {
+                Some(d) => return Some(d),
+                None => 2.0 * own,
+            },
             _ => return None,
         };
         Some(d.min(LOOSE * (strand(b).arc - strand(a).arc)))

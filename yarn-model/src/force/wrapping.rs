@@ -54,8 +54,9 @@ pub struct WrapElement {
 /// | `e, n` | directions of the axis and the normals of the wings | 1 |
 /// | `σ` | ±1, see [`elements`](Self::elements) | 1 |
 ///
-/// Second derivatives: `Exact`; `Projected` and `GaussNewton` are
-/// `k_w L ∇ψ ∇ψᵀ`, which is not an upper bound of the exact one.
+/// Second derivatives: `Exact`; `GaussNewton` is `k_w L ∇ψ ∇ψᵀ`, which is not
+/// an upper bound of the exact one; `Projected` is one: it adds the positive
+/// part of `(ψ − ψ0) ∇²ψ`, which has a closed form for each wing.
 ///
 /// **Unwrapping.** The angle of the last accepted step is kept (the term's
 /// history) and continued from, so that an element swept through ±π keeps its
@@ -73,8 +74,9 @@ pub struct WrapElement {
 /// which is the same where both wings stand L/2 or more above the axis, has the
 /// energy of a flat stitch where one is in line with it, and has continuous
 /// third derivatives in between. So a wing that is wrapped at all is kept off
-/// its axis by the energy it would lose. Their semidefinite second derivative
-/// keeps the positive part by `(ψ, η_3, η_4)` and drops `∇²ψ, ∇²η`. Where
+/// its axis by the energy it would lose. Their semidefinite second derivatives
+/// keep the positive part by `(ψ, η_3, η_4)`; `Projected` adds those of `∇²ψ` and
+/// `∇²η`, `GaussNewton` drops them. Where
 /// `w w < ½` the angle continued from is ψ0: a wing that passes its axis has no
 /// turns to remember. Deviation: [Cirio2017] has no such factor.
 ///
@@ -144,14 +146,14 @@ impl StitchWrapping {
     /// Elements of a network: for every child and parent of a contact the two
     /// of [`WrapPair`], where the yarns go on beyond the contact.
     ///
-    /// `σ` is the sign of the change of ψ when both wings move the way that the
-    /// stitch unwraps: with a knit stitch the wings of
+    /// `σ` is that of the flat template: for a knit stitch positive on the left
+    /// side and negative on the right, for a purl stitch opposite. With several
+    /// parents it is the sign of the change of ψ when both wings move the way
+    /// that the stitch unwraps: with a knit stitch the wings of
     /// [`ChildAtA`](WrapPair::ChildAtA) to the back and those of
     /// [`ChildAtB`](WrapPair::ChildAtB) to the front, with a purl stitch the
     /// other way round. Where the wings disagree because the layout folds them
-    /// onto each other, it is that of the flat template: for a knit stitch
-    /// positive on the left side and negative on the right, for a purl stitch
-    /// opposite.
+    /// onto each other, it is again that of the flat template.
     pub fn elements(network: &YarnNetwork) -> Vec<WrapElement> {
         let mut elements = Vec::with_capacity(4 * network.stitches.len());
         for (index, contact) in network.stitches.iter().enumerate() {
@@ -284,6 +286,10 @@ fn sigma(network: &YarnNetwork, contact: &StitchContact, pair: WrapPair, points:
     let way = (front(contact.a) + front(contact.b)) * sign;
     let floor = (FLAT * contact.rest * contact.rest).powi(2);
     let table = f64::from(contact.side) * if contact.purl { 1.0 } else { -1.0 };
+    // Loops of plain stitches may be laid turned far out of the plane.
+    if contact.parents == 1 {
+        return table;
+    }
     let Some(frame) = Dihedral::new(x0, x1, x3, x4, floor) else {
         return table;
     };

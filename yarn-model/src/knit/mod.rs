@@ -30,6 +30,8 @@ mod layout;
 mod measure;
 mod network;
 mod options;
+mod periodic;
+mod regularity;
 mod relax;
 mod template;
 
@@ -37,5 +39,7 @@ pub use graph::{KnitLoop, LoopGraph, Thread};
 pub(crate) use network::knitted_within;
 pub use network::{Knitted, StitchLoop, StitchMap, knitted, knitted_part};
 pub use options::KnitOptions;
+pub use periodic::LoopsAtRest;
+pub use regularity::LoopSpread;
 pub use relax::relaxed_centres;
 pub use template::{LoopTemplate, TemplateCells};

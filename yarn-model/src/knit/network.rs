@@ -448,7 +448,34 @@ impl<'a> Knitter<'a> {
         let straight = distance(self.points[a.node as usize], self.points[b.node as usize]);
         // A node beside the edge belongs to no loop.
         let owner = if a.owner == NONE { b.owner } else { a.owner };
-        let excess = self.layout.template(owner).excess(segment);
+        let excess = match segment {
+            SINKER if a.owner != NONE && b.owner != NONE => {
+                let [left, right] = if a.right { [a, b] } else { [b, a] };
+                self.sinker(left.owner, right.owner)
+            }
+            _ => self.layout.template(owner).excess(segment),
+        };
         (excess * straight).max(self.least)
+    }
+
+    /// Arc length over distance between two loops side by side, whose shapes
+    /// may differ. Where the yarn turns into the next row it lies straight.
+    fn sinker(&self, left: u32, right: u32) -> f64 {
+        let row = |l: u32| self.graph.loops[l as usize].row;
+        if self.layout.options.cells.is_some() && row(left) != row(right) {
+            return 1.0;
+        }
+        let end = |l: u32, node: usize| {
+            let template = self.layout.template(l);
+            let mut x = template.nodes[node];
+            if self.graph.loops[l as usize].op.purl() {
+                x[2] = -x[2];
+            }
+            x
+        };
+        let (from, mut to) = (end(left, 7), end(right, 0));
+        let template = self.layout.template(left);
+        to[0] += template.course;
+        template.arcs[SINKER] / distance(from, to)
     }
 }

@@ -1,6 +1,8 @@
 //! Settings that have to go together.
 
-use super::super::model::{MatrixKind, Precision, PreconditionerKind, ProductKind, SolverKind};
+use super::super::model::{
+    IntegratorKind, MatrixKind, Precision, PreconditionerKind, ProductKind, SolverKind,
+};
 use super::super::suggest::show;
 use super::Check;
 
@@ -41,6 +43,26 @@ impl Check<'_> {
                 "scene::solver",
                 "solver.matrix",
                 "`solver.product` = \"matrix-free\" has no matrix to store",
+                "leave it out",
+            );
+        }
+    }
+
+    /// What a search for rest cannot have.
+    fn statics(&mut self) {
+        if self.scene.topology.changes {
+            self.error(
+                "scene::statics",
+                "topology.changes",
+                "yarns do not leave their contacts in a static solve",
+                "`topology.changes = false`, or another `integrator.kind`",
+            );
+        }
+        if self.scene.relaxation.enabled {
+            self.error(
+                "scene::statics",
+                "relaxation.enabled",
+                "a static solve has no time in which cloth could gain its stiffness",
                 "leave it out",
             );
         }
@@ -123,6 +145,9 @@ impl Check<'_> {
                 "`solver.precision` = \"f32\" needs `solver.kind` = \"cg\": the others work in double precision",
                 "`solver.precision = \"mixed\"` or `\"f64\"`",
             );
+        }
+        if integrator.kind == IntegratorKind::Static {
+            self.statics();
         }
         if scene.solver.product == ProductKind::MatrixFree {
             self.matrix_free();

@@ -18,6 +18,12 @@ pub(super) static INTEGRATOR: Table = Table::new(
                     "backward Euler, one linear system a step; the residual is reported, not \
                      controlled",
                 ),
+                (
+                    "static",
+                    "no motion: iterations of Newton's method, each with less energy, until all \
+                     forces are balanced; at most `simulation.duration` / `max_step` of them, \
+                     each booked as a step of `max_step`",
+                ),
             ]),
             "`backward-euler`; `linearised-euler` for cloth of yarns",
             "Time stepping scheme.",
@@ -111,9 +117,26 @@ pub(super) static INTEGRATOR: Table = Table::new(
                 ),
                 ("exact", "always exact; trouble is left to step splitting"),
                 ("projected", "always positive semidefinite"),
+                (
+                    "gauss-newton",
+                    "products of first derivatives only: semidefinite, no upper bound",
+                ),
             ]),
             "\"auto\"",
             "Second derivatives in Newton's matrix.",
+        ),
+        key(
+            "force_tolerance",
+            number("N", POSITIVE),
+            "1e-6",
+            "Largest unbalanced force on any free point or arc length at which a `static` solve ends.",
+        ),
+        key(
+            "static_friction",
+            Bool,
+            "false",
+            "Whether friction acts in a `static` solve: it then sticks where the solve begins, and \
+             the state of rest is one of many.",
         ),
     ],
 );
@@ -124,7 +147,7 @@ pub(super) static RELAXATION: Table = Table::new(
         derived(
             "enabled",
             Bool,
-            "true; false for cloth of yarns",
+            "true; false for cloth of yarns and with `integrator.kind` = \"static\"",
             "Whether to begin gently.",
         ),
         key(
@@ -215,7 +238,7 @@ pub(super) static DAMPING: Table = Table::new(
 pub(super) static SOLVER: Table = Table::new(
     "",
     &[
-        key(
+        derived(
             "kind",
             Choice(&[
                 ("cg", "filtered conjugate gradients"),
@@ -225,7 +248,7 @@ pub(super) static SOLVER: Table = Table::new(
                     "single-precision conjugate gradients, refined in double precision",
                 ),
             ]),
-            "\"cg\"",
+            "`cg`; `direct` with `integrator.kind` = \"static\"",
             "Linear solver.",
         ),
         key(
@@ -282,7 +305,7 @@ pub(super) static SOLVER: Table = Table::new(
             "500",
             "Iterations of one solve.",
         ),
-        key(
+        derived(
             "precision",
             Choice(&[
                 (
@@ -295,7 +318,7 @@ pub(super) static SOLVER: Table = Table::new(
                     "as `mixed`, with the sums of `cg` in single precision too",
                 ),
             ]),
-            "\"mixed\"",
+            "`mixed`; `f64` with `integrator.kind` = \"static\"",
             "Precision of the linear systems.",
         ),
         key(

@@ -108,9 +108,9 @@ const REST_SHAPE: Key = key(
         ("laid", "flat, from the gauge alone"),
         (
             "relaxed",
-            "as in the middle of a sample of 5 cm, or five repeats, that was relaxed without \
-             gravity; the gauge is then that of the sample. The loops are kept in the cache \
-             (`SELVEDGE_CACHE`). For charts without increases and decreases",
+            "as in fabric at rest, without borders and gravity; the gauge is then that of these \
+             loops. They are kept in the cache (`SELVEDGE_CACHE`). For charts without increases \
+             and decreases",
         ),
     ]),
     "\"laid\"",

@@ -202,7 +202,7 @@ pub enum ClothShape {
 pub enum RestShape {
     /// Flat, from the gauge alone.
     Laid,
-    /// That of a relaxed sample.
+    /// That of fabric at rest.
     Relaxed,
 }
 

@@ -82,6 +82,10 @@ pub struct IntegratorSettings {
     pub residual_norm: ResidualNormKind,
     /// Second derivatives in Newton's matrix.
     pub curvature: CurvatureKind,
+    /// Largest unbalanced force at which a static solve ends \[N\].
+    pub force_tolerance: f64,
+    /// Whether friction acts in a static solve.
+    pub static_friction: bool,
 }
 
 /// Time stepping scheme.
@@ -92,6 +96,8 @@ pub enum IntegratorKind {
     BackwardEuler,
     /// Backward Euler, one linear system a step.
     LinearisedEuler,
+    /// No time: Newton's method towards balanced forces.
+    Static,
 }
 
 /// What a try of the line search has to bring.
@@ -126,6 +132,8 @@ pub enum CurvatureKind {
     Exact,
     /// Always positive semidefinite.
     Projected,
+    /// Products of first derivatives only: semidefinite, no upper bound.
+    GaussNewton,
 }
 
 /// Gentle start.
