@@ -2,7 +2,7 @@ use rayon::prelude::*;
 
 use super::super::CHUNK;
 use crate::narrow::PairKind;
-use crate::vec3::{Vec3, dot, point, sub};
+use crate::vec3::point;
 use crate::{Candidates, CollisionMesh};
 
 /// Room for the rounding of a distance to single precision.
@@ -58,42 +58,83 @@ impl Bounds {
     }
 
     /// Whether the distances are those at the start of this step.
-    pub fn hold(&self, count: usize, q_start: &[f64]) -> bool {
-        self.least.len() == count && q_start.starts_with(&self.place)
+    fn hold(&self, count: usize, q_start: &[f64]) -> bool {
+        !self.place.is_empty() && self.least.len() == count && q_start.starts_with(&self.place)
     }
 
     /// Whether candidate `i` stays farther apart than `thickness` on the
-    /// straight way from the start of the step to `q`.
+    /// straight way from the start of the step to where `moves` lead.
     #[inline]
     pub fn apart(
         &self,
         i: usize,
         kind: PairKind,
         nodes: &[u32; 4],
-        q: &[f64],
-        thickness: f64,
+        moves: &Moves,
+        thickness: f32,
     ) -> bool {
-        let room = f64::from(self.least[i]) - thickness;
+        let room = self.least[i] - thickness - moves.slack;
         if !(room > 0.0) {
             return false;
         }
-        let moved: [Vec3; 4] = nodes.map(|n| sub(point(q, n), point(&self.place, n)));
+        let moved = nodes.map(|n| moves.moved[n as usize]);
         // The gap moves by a mean of the differences of both features.
-        let first = match kind {
-            PairKind::VertexTriangle => 1,
-            PairKind::EdgeEdge => 2,
+        let near = |a: [f32; 3], b: [f32; 3]| {
+            let d = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+            d[0] * d[0] + d[1] * d[1] + d[2] * d[2] < room * room
         };
-        let (a, b) = moved.split_at(first);
-        a.iter().all(|a| {
-            b.iter().all(|b| {
-                let d = sub(*a, *b);
-                dot(d, d) < room * room
-            })
-        })
+        let [a, b, c, d] = moved;
+        match kind {
+            PairKind::VertexTriangle => near(a, b) && near(a, c) && near(a, d),
+            PairKind::EdgeEdge => near(a, c) && near(a, d) && near(b, c) && near(b, d),
+        }
     }
 
     pub fn heap_bytes(&self) -> usize {
         8 * self.place.capacity() + 4 * self.least.capacity()
+    }
+}
+
+/// How far the points have gone from the start of a step [m]: single precision
+/// for what is gathered for every candidate.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Moves {
+    moved: Vec<[f32; 3]>,
+    /// Bound on the rounding of a difference of two of them.
+    slack: f32,
+}
+
+impl Moves {
+    /// Takes the ways to `q`; `None` where the bounds are not those of the step
+    /// that begins at `q_start`.
+    pub fn from_start(
+        &mut self,
+        bounds: &Bounds,
+        count: usize,
+        q_start: &[f64],
+        q: &[f64],
+    ) -> Option<&Self> {
+        if !bounds.hold(count, q_start) {
+            return None;
+        }
+        let (from, _) = bounds.place.as_chunks::<3>();
+        let (to, _) = q.as_chunks::<3>();
+        let mut largest = 0.0_f32;
+        self.moved.clear();
+        self.moved.extend(from.iter().zip(to).map(|(a, b)| {
+            let moved = [0, 1, 2].map(|k| (b[k] - a[k]) as f32);
+            for m in moved {
+                largest = largest.max(m.abs());
+            }
+            moved
+        }));
+        // Each coordinate is rounded twice, and there are three.
+        self.slack = 8.0 * f32::EPSILON * largest;
+        Some(self)
+    }
+
+    pub fn heap_bytes(&self) -> usize {
+        12 * self.moved.capacity()
     }
 }
 
@@ -116,12 +157,15 @@ mod tests {
             edge_edge: vec![],
         };
         let mut bounds = Bounds::default();
-        assert!(!bounds.hold(1, &q));
+        let mut moves = Moves::default();
+        assert!(moves.from_start(&bounds, 1, &q, &q).is_none());
         bounds.measure(&mesh, &candidates, &q);
-        assert!(bounds.hold(1, &q));
         let start = q.clone();
         let nodes = mesh.vertex_triangle_nodes([0, 0]);
-        let apart = |q: &[f64]| bounds.apart(0, PairKind::VertexTriangle, &nodes, q, 1e-3);
+        let mut apart = |q: &[f64]| {
+            let moves = moves.from_start(&bounds, 1, &start, q).expect("bounds");
+            bounds.apart(0, PairKind::VertexTriangle, &nodes, moves, 1e-3)
+        };
         q.iter_mut().for_each(|x| *x += 3.0);
         assert!(apart(&q));
         q.copy_from_slice(&start);
@@ -132,6 +176,7 @@ mod tests {
         assert!(!apart(&q));
         q[4] = f64::NAN;
         assert!(!apart(&q));
-        assert!(!bounds.hold(1, &q) && !bounds.hold(2, &start));
+        assert!(moves.from_start(&bounds, 1, &q, &q).is_none());
+        assert!(moves.from_start(&bounds, 2, &start, &q).is_none());
     }
 }

@@ -6,7 +6,7 @@ mod skin;
 
 use selvedge_energy::{DofLayout, EvalPoint};
 
-use bounds::Bounds;
+use bounds::{Bounds, Moves};
 use memory::Memory;
 use overlap::Overlap;
 use pass::{LaggedContact, Pairs, Pass, Task};
@@ -84,6 +84,7 @@ pub struct SelfContact {
     skin: Skin,
     spare: Memory,
     lagged: Vec<LaggedContact>,
+    moves: Moves,
     tasks: Vec<Task>,
     active: usize,
     deepest: f64,
@@ -115,6 +116,7 @@ impl SelfContact {
             skin: Skin::default(),
             spare: Memory::default(),
             lagged: Vec::new(),
+            moves: Moves::default(),
             tasks: Vec::new(),
             active: 0,
             deepest: 0.0,
@@ -361,8 +363,10 @@ impl ContactSource for SelfContact {
     ) -> Result<f64, CollisionError> {
         self.check_length(at)?;
         let (mut energy, mut deepest, mut active) = (0.0, 0.0_f64, 0);
-        let pass = Pass::new(&self.pairs, at, curvature);
         let count = self.pairs.candidates.len();
+        let bounds = &self.pairs.bounds;
+        let moves = self.moves.from_start(bounds, count, at.q_start, at.q);
+        let pass = Pass::new(&self.pairs, at, curvature).with_moves(moves);
         in_order(
             count.div_ceil(CHUNK),
             &mut self.tasks,
@@ -409,8 +413,10 @@ impl ContactSource for SelfContact {
         if self.check_length(at).is_err() {
             return;
         }
-        let pass = Pass::new(&self.pairs, at, false);
         let (memory, count) = (&mut self.spare, self.pairs.candidates.len());
+        let bounds = &self.pairs.bounds;
+        let moves = self.moves.from_start(bounds, count, at.q_start, at.q);
+        let pass = Pass::new(&self.pairs, at, false).with_moves(moves);
         memory.clear();
         in_order(
             count.div_ceil(CHUNK),
@@ -472,6 +478,7 @@ impl ContactSource for SelfContact {
             + 8 * (self.pairs.candidates.vertex_triangle.capacity()
                 + self.pairs.candidates.edge_edge.capacity())
             + self.pairs.bounds.heap_bytes()
+            + self.moves.heap_bytes()
             + self.pairs.memory.heap_bytes()
             + self.pairs.overlap.heap_bytes()
             + self.spare.heap_bytes()

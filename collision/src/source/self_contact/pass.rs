@@ -2,7 +2,7 @@ use std::ops::Range;
 
 use selvedge_energy::EvalPoint;
 
-use super::bounds::Bounds;
+use super::bounds::{Bounds, Moves};
 use super::memory::{Anchor, Memory, Record};
 use super::overlap::Overlap;
 use crate::friction::{AnchorState, anchor_damping, from_frame, to_frame};
@@ -78,8 +78,8 @@ pub(super) struct Pass<'a> {
     curvature: bool,
     anchored: Option<FrictionAnchored>,
     thickness: f64,
-    /// Whether the bounds are those of this step.
-    bounded: bool,
+    /// Ways from the start, where the distances there are known.
+    moves: Option<&'a Moves>,
 }
 
 impl<'a> Pass<'a> {
@@ -94,8 +94,13 @@ impl<'a> Pass<'a> {
             curvature,
             anchored,
             thickness: pairs.potential.thickness(),
-            bounded: pairs.bounds.hold(pairs.candidates.len(), at.q_start),
+            moves: None,
         }
+    }
+
+    /// Passes over what `moves` leave apart.
+    pub(super) fn with_moves(self, moves: Option<&'a Moves>) -> Self {
+        Self { moves, ..self }
     }
 
     /// Calls `visit(i, kind, pair, side, anchor)` for a range of candidates, in
@@ -143,11 +148,13 @@ impl<'a> Pass<'a> {
     /// Whether a pair that remembers nothing cannot have come into contact.
     #[inline]
     fn stays_apart(&self, i: usize, kind: PairKind, pair: [u32; 2], side: Option<Side>) -> bool {
-        self.bounded && side.is_none() && {
-            let nodes = self.nodes(kind, pair);
-            let bounds = &self.pairs.bounds;
-            bounds.apart(i, kind, &nodes, self.at.q, self.thickness)
-        }
+        self.moves.is_some_and(|moves| {
+            side.is_none() && {
+                let nodes = self.nodes(kind, pair);
+                let bounds = &self.pairs.bounds;
+                bounds.apart(i, kind, &nodes, moves, self.thickness as f32)
+            }
+        })
     }
 
     #[inline]
