@@ -208,39 +208,3 @@ fn only_where_it_applies() {
     assert_eq!(stages(&moving), stages(&alone));
     assert_eq!(moving.positions.len(), alone.positions.len());
 }
-
-/// A coarse mesh that was draped before takes the place of the one that would
-/// be draped first: the same bits. One that need not have come to rest is no
-/// place to begin.
-#[test]
-fn begins_where_a_finished_drape_rests() {
-    let bench = Bench::new();
-    let early = ("stop.early", "true");
-    let fine = bench.built(SCENE, &[early]);
-    let plain = bench.run(&fine, "plain");
-    let after = |set: &[(&str, &str)], name: &str| {
-        let coarse = bench.built(SCENE, set);
-        let rest = bench.run(&coarse, &format!("{name}-coarse"));
-        let coarser = driver::Coarser {
-            built: &coarse,
-            positions: &rest.positions,
-        };
-        let options = bench.options(name, false);
-        let never = AtomicBool::new(false);
-        driver::run_after(&fine, Some(coarser), &options, &mut Silent, &never).expect("a run")
-    };
-    let twice = ("mesh.edge_length", "0.06");
-    let begun = after(&[twice, early], "begun");
-    assert_eq!(stages(&begun), ["carry over"]);
-    assert_eq!(
-        begun.summary.final_state_hash,
-        plain.summary.final_state_hash
-    );
-    for (name, set) in [
-        ("moving", [twice, ("stop.early", "false")]),
-        ("finer", [("mesh.edge_length", "0.05"), early]),
-    ] {
-        let other = after(&set, name);
-        assert_eq!(stages(&other), stages(&plain), "{name}");
-    }
-}
