@@ -150,7 +150,7 @@ pub struct AccuracyArgs {
     pub estimate_error: bool,
     /// Choose mesh, steps and tolerances so that the points are within this
     /// distance in the mean, for example `2mm`; a number alone is in metres.
-    #[arg(long, value_name = "LENGTH", value_parser = length, conflicts_with = "resume")]
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
     pub target_error: Option<f64>,
     /// Points of the finest mesh that --target-error may choose.
     #[arg(long, default_value_t = 200_000, requires = "target_error")]

@@ -50,12 +50,14 @@ fn main() -> Result<(), Box<dyn Error>> {
         directory: std::env::temp_dir().join(format!("effectivity-{}", std::process::id())),
         progress: &mut Silent,
         interrupt: &never,
+        resume: false,
         cpu_s: 0.0,
     };
-    let run = session.run("run", parsed.scene.clone(), false)?;
-    let report = estimate(&mut session, &run.built, &run.result)?;
+    let run = session.run("run", None, parsed.scene.clone(), false)?;
+    let result = run.result.as_ref().ok_or("no result")?;
+    let report = estimate(&mut session, &run.built, result)?;
     let fine = scaled_tolerance(&scaled_step(&coarser(&parsed.scene, 0.5)?, 0.25), 0.1);
-    let fine = session.run("reference", fine, false)?;
+    let fine = session.run("reference", None, fine, false)?;
     let error = MaterialMap::new(fine.surface())?.distance(&run.surface());
     let parts = [&report.space, &report.time, &report.algebraic];
     let told = selvedge_estimate::total(parts).ok_or("no estimate")?;
@@ -64,7 +66,7 @@ fn main() -> Result<(), Box<dyn Error>> {
          distance to the reference {:.4} mm (largest {:.3} mm), effectivity {:.2}; \
          processor time {:.1} s, estimate {:.1} s, reference {:.1} s",
         parsed.scene.name,
-        run.result.summary.points,
+        run.points(),
         1e3 * told,
         1e3 * parts[0].error_m.unwrap_or(f64::NAN),
         1e3 * parts[1].error_m.unwrap_or(f64::NAN),
@@ -72,9 +74,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         1e3 * error.mean,
         1e3 * error.max,
         told / error.mean,
-        run.result.summary.cpu_s,
+        run.cpu_s,
         report.cpu_s,
-        fine.result.summary.cpu_s,
+        fine.cpu_s,
     );
     assert!(told > 0.0 && error.mean > 0.0);
     std::fs::remove_dir_all(&session.directory)?;

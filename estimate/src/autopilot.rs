@@ -1,6 +1,8 @@
 //! Settings that meet a wanted error.
 
 use selvedge_record::compare::Distances;
+use selvedge_scene::build::BuiltScene;
+use selvedge_scene::driver::RunResult;
 use selvedge_scene::file::model::{ForcingKind, SolverSettings};
 use selvedge_scene::file::{SceneFile, coarser};
 use selvedge_scene::summary::{Decision, ErrorPart, ErrorReport};
@@ -28,8 +30,10 @@ const TENTHS: usize = 4;
 /// How often a setting is tightened without the results coming closer. Folds
 /// and friction make them scatter, which smaller steps do not mend.
 const PATIENCE: usize = 2;
-/// Halvings of the step on the mesh next to the finest.
+/// Halvings of the step, and tenths of the tolerances, on the mesh next to the
+/// finest.
 const LATE_HALVINGS: usize = 2;
+const LATE_TENTHS: usize = 1;
 
 /// What is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,8 +46,10 @@ pub struct Target {
 
 /// A scene run with settings chosen for a wanted error.
 pub struct Within {
-    /// The last run, on the finest mesh.
-    pub run: Companion,
+    /// The scene of the last run, on the finest mesh.
+    pub built: BuiltScene,
+    /// How it ended.
+    pub result: RunResult,
     /// Name of its folder, see [`Session::folder`].
     pub name: String,
     /// Its error, and what was chosen why.
@@ -60,8 +66,9 @@ pub struct Within {
 /// halved, then the tolerances are divided by ten, until what that changes is
 /// within their share, or until it falls no further; the mesh is then refined
 /// twofold until what is missing by Richardson's extrapolation, over at least
-/// three meshes, is within its own. Every mesh is run in full, so that the last
-/// one is the result. The step is then looked at again on the mesh before it.
+/// three meshes, is within its own. Every mesh is run in full, garments from where
+/// they rest on the one before, so that the last one is the result. Tolerances
+/// and step are then looked at again on the mesh before it.
 ///
 /// # Errors
 /// As [`Session::run`] for the runs that nothing can do without. A target out
@@ -102,26 +109,34 @@ pub fn drape_within(
         knob.choose(session, &mut now, share, effort, mesh, &mut decisions)
     };
     let mut time = choose(STEP, TIME, HALVINGS)?;
-    let algebraic = choose(TOLERANCE, ALGEBRAIC, TENTHS)?;
+    let mut algebraic = choose(TOLERANCE, ALGEBRAIC, TENTHS)?;
 
-    let mut levels = Levels::first(session, &now, length)?;
+    let mut levels = Levels::first(now, length);
     match coarser(scene, 1.0) {
-        Ok(_) => decisions.push(Decision {
-            why: levels.refine(session, target)?,
-            setting: "mesh.edge_length".to_owned(),
-            value: edge_length(levels.run.built.scene()).into(),
-        }),
+        Ok(_) => {
+            let mut why = levels.refine(session, target)?;
+            if levels.check(session, target, &mut time, &mut algebraic, &mut decisions)? {
+                why = levels.refine(session, target)?;
+            }
+            decisions.push(Decision {
+                why,
+                setting: "mesh.edge_length".to_owned(),
+                value: edge_length(levels.run.built.scene()).into(),
+            });
+        }
         Err(why) => levels.space = unknown(&why),
     }
-    let others = levels.space.error_m.unwrap_or(target.error) + algebraic.error_m.unwrap_or(0.0);
-    if let Some(part) = levels.check_step(session, target.error - others, target, &mut decisions)? {
-        time = part;
-    }
+    levels.record(session)?;
     let Levels {
-        run, name, space, ..
+        run,
+        name,
+        coarse,
+        space,
+        ..
     } = levels;
     let estimate = total([&space, &time, &algebraic]);
-    let own = run.result.summary.cpu_s;
+    let own = run.cpu_s;
+    let (built, result) = session.result(&name, coarse.as_ref(), run)?;
     Ok(Within {
         met: estimate.is_some_and(|e| e <= target.error),
         report: ErrorReport {
@@ -132,7 +147,8 @@ pub fn drape_within(
             target_m: Some(target.error),
             decisions,
         },
-        run,
+        built,
+        result,
         name,
     })
 }
@@ -141,28 +157,47 @@ pub fn drape_within(
 struct Levels {
     run: Companion,
     name: String,
-    /// The run on the mesh before, unless that is the first, where the step
-    /// was chosen.
+    /// Whether it was recorded as the scene asks for.
+    recorded: bool,
+    /// The run on the mesh before.
     coarse: Option<Companion>,
+    /// Meshes compared.
+    compared: usize,
+    /// From `run` to `coarse`, and from there to the mesh before.
+    near: Option<Distances>,
+    far: Option<Distances>,
     /// Edges in the scene's own.
     length: f64,
     space: ErrorPart,
 }
 
 impl Levels {
-    fn first(
-        session: &mut Session<'_>,
-        chosen: &Companion,
-        length: f64,
-    ) -> Result<Self, EstimateError> {
-        let name = level_name(length);
-        Ok(Self {
-            run: session.run(&name, chosen.built.scene().clone(), true)?,
-            name,
+    /// The mesh on which step and tolerances were chosen, as it was run there.
+    fn first(run: Companion, length: f64) -> Self {
+        Self {
+            run,
+            name: level_name(length),
+            recorded: false,
             coarse: None,
+            compared: 0,
+            near: None,
+            far: None,
             length,
             space: unknown("one mesh alone tells nothing"),
-        })
+        }
+    }
+
+    /// Runs the first mesh again where it is the result: it has no recording.
+    fn record(&mut self, session: &mut Session<'_>) -> Result<(), EstimateError> {
+        if !self.recorded {
+            let scene = self.run.built.scene();
+            let recording = session.parsed.scene.output.recording;
+            let mut scene = scene.clone();
+            scene.output.recording = recording;
+            self.run = session.run(&self.name, None, scene, true)?;
+            self.recorded = true;
+        }
+        Ok(())
     }
 
     /// Halves the edges until the mesh's part is within its share; returns why
@@ -173,11 +208,9 @@ impl Levels {
         target: Target,
     ) -> Result<String, EstimateError> {
         let share = SPACE * target.error;
-        let mut far: Option<Distances> = None;
-        let mut compared = 0;
         loop {
             // Two meshes show no order.
-            if compared >= 2 && self.space.error_m.is_some_and(|e| e <= share) {
+            if self.compared >= 2 && self.space.error_m.is_some_and(|e| e <= share) {
                 return Ok(format!(
                     "the mesh is off by {} mm, its share is {} mm",
                     mm(self.space.error_m),
@@ -185,63 +218,89 @@ impl Levels {
                 ));
             }
             // Halving the edges makes four times the points.
-            let points = 4 * self.run.result.summary.points;
+            let points = 4 * self.run.points();
             if points > target.max_points {
                 return Ok(format!(
                     "half of it would take about {points} points, more than the {} allowed",
                     target.max_points
                 ));
             }
-            let finer = match coarser(self.run.built.scene(), 0.5) {
+            let mut finer = match coarser(self.run.built.scene(), 0.5) {
                 Ok(scene) => scene,
                 Err(why) => return Ok(why),
             };
+            finer.output.recording = session.parsed.scene.output.recording;
             let name = level_name(0.5 * self.length);
-            let next = match attempt(session, &name, finer, true)? {
+            let next = match attempt(session, &name, Some(&self.run), finer, true)? {
                 Ok(next) => next,
                 Err(why) => return Ok(format!("half of it could not be run: {why}")),
             };
             let near = MaterialMap::new(next.surface())?.distance(&self.run.surface());
-            self.space = space_part(near, far.replace(near));
-            let coarse = std::mem::replace(&mut self.run, next);
-            self.coarse = (compared > 0).then_some(coarse);
+            self.far = self.near.replace(near);
+            self.space = space_part(near, self.far);
+            self.coarse = Some(std::mem::replace(&mut self.run, next));
+            self.recorded = true;
             self.name = name;
             self.length *= 0.5;
-            compared += 1;
+            self.compared += 1;
         }
     }
 
-    /// What the step is off by on the mesh next to the finest: a coarse mesh
-    /// folds in fewer ways and may show less of it. Where more than `left`
-    /// \[m\], and smaller steps help, the finest run is made again with them.
-    fn check_step(
+    /// What tolerances and step are off by on the mesh next to the finest: a
+    /// coarse mesh folds in fewer ways and may show less of it. Where it is more
+    /// than what the other parts leave, and tightening helps, the finest run is
+    /// made again; whether it was.
+    fn check(
         &mut self,
         session: &mut Session<'_>,
-        left: f64,
         target: Target,
+        time: &mut ErrorPart,
+        algebraic: &mut ErrorPart,
         decisions: &mut Vec<Decision>,
-    ) -> Result<Option<ErrorPart>, EstimateError> {
-        let Some(mut coarse) = self.coarse.take() else {
-            return Ok(None);
+    ) -> Result<bool, EstimateError> {
+        // Both were chosen on the first mesh.
+        let coarse = self.coarse.take_if(|_| self.compared > 1);
+        let Some(mut coarse) = coarse else {
+            return Ok(false);
         };
-        let effort = Effort {
-            times: if left > 0.0 { LATE_HALVINGS } else { 0 },
-            patience: 1,
-            suffix: "-late",
-        };
-        let share = left.max(TIME * target.error);
-        let before = coarse.built.scene().integrator.max_step;
-        let mesh = "on the mesh twice as coarse";
-        let part = STEP.choose(session, &mut coarse, share, effort, mesh, decisions)?;
-        let factor = coarse.built.scene().integrator.max_step / before;
-        if factor < 1.0 {
-            let scene = scaled_step(self.run.built.scene(), factor);
-            let name = format!("{}-late", self.name);
-            if let Ok(run) = attempt(session, &name, scene, true)? {
-                (self.run, self.name) = (run, name);
-            }
+        let before = coarse.built.scene().clone();
+        let error = |part: &ErrorPart| part.error_m.unwrap_or(target.error);
+        for knob in [TOLERANCE, STEP] {
+            let tolerance = knob.is(&TOLERANCE);
+            let (other, part, share, times) = if tolerance {
+                (error(time), &mut *algebraic, ALGEBRAIC, LATE_TENTHS)
+            } else {
+                (error(algebraic), &mut *time, TIME, LATE_HALVINGS)
+            };
+            let left = target.error - error(&self.space) - other;
+            let effort = Effort {
+                times: if left > 0.0 || tolerance { times } else { 0 },
+                patience: 1,
+                suffix: "-late",
+            };
+            let share = left.max(share * target.error);
+            let mesh = "on the mesh twice as coarse";
+            *part = knob.choose(session, &mut coarse, share, effort, mesh, decisions)?;
         }
-        Ok(Some(part))
+        let now = coarse.built.scene();
+        let tightened = now.integrator != before.integrator || now.solver != before.solver;
+        if tightened && let Ok(mut scene) = coarser(now, 0.5) {
+            scene.output.recording = session.parsed.scene.output.recording;
+            let name = format!("{}-late", self.name);
+            match attempt(session, &name, Some(&coarse), scene, true)? {
+                Ok(run) => (self.run, self.name) = (run, name),
+                // The run at hand has other settings than what was compared.
+                Err(why) => {
+                    (*time, *algebraic) = (unknown(&why), unknown(&why));
+                    return Ok(false);
+                }
+            }
+            let near = MaterialMap::new(self.run.surface())?.distance(&coarse.surface());
+            self.near = Some(near);
+            self.space = space_part(near, self.far);
+        }
+        self.coarse = Some(coarse);
+        Ok(tightened)
     }
 }
 
@@ -255,14 +314,15 @@ fn first_mesh(
         if let Ok(coarse) = coarser(scene, length) {
             let coarse = scaled_step(&coarse, LONGEST_STEP);
             let coarse = scaled_tolerance(&coarse, LOOSEST);
-            if let Ok(run) = attempt(session, &format!("estimate/first-{length}"), coarse, false)? {
+            let name = format!("estimate/first-{length}");
+            if let Ok(run) = attempt(session, &name, None, coarse, false)? {
                 return Ok((run, length));
             }
         }
         length *= 0.5;
     }
     let own = scaled_tolerance(&scaled_step(scene, LONGEST_STEP), LOOSEST);
-    Ok((session.run("estimate/first-1", own, false)?, 1.0))
+    Ok((session.run("estimate/first-1", None, own, false)?, 1.0))
 }
 
 fn edge_length(scene: &SceneFile) -> f64 {

@@ -42,25 +42,23 @@ pub fn estimate(
             decisions: Vec::new(),
         });
     }
-    let own = MaterialMap::new(surface(built, result))?;
+    let own = MaterialMap::new(surface(built, &result.positions))?;
     let mut coarse = Err(String::new());
     let space = match coarser(scene, 2.0) {
         Err(why) => unknown(&why),
         Ok(twice) => {
-            coarse = attempt(session, COARSE, twice, false)?;
+            // The finer of the two may begin where the coarser rests.
+            let coarsest = match coarser(scene, 4.0) {
+                Err(_) => None,
+                Ok(four) => attempt(session, COARSEST, None, four, false)?.ok(),
+            };
+            coarse = attempt(session, COARSE, coarsest.as_ref(), twice, false)?;
             match &coarse {
                 Err(why) => unknown(why),
                 Ok(coarse) => {
                     let near = own.distance(&coarse.surface());
-                    let far = match coarser(scene, 4.0) {
-                        Err(_) => None,
-                        Ok(four) => match attempt(session, COARSEST, four, false)? {
-                            Err(_) => None,
-                            Ok(c) => {
-                                Some(MaterialMap::new(coarse.surface())?.distance(&c.surface()))
-                            }
-                        },
-                    };
+                    let map = MaterialMap::new(coarse.surface())?;
+                    let far = coarsest.map(|c| map.distance(&c.surface()));
                     space_part(near, far)
                 }
             }
@@ -74,11 +72,11 @@ pub fn estimate(
         ),
         Err(_) => (scene, own, "on the same mesh"),
     };
-    let time = match attempt(session, HALF_STEP, scaled_step(base, 0.5), false)? {
+    let time = match attempt(session, HALF_STEP, None, scaled_step(base, 0.5), false)? {
         Ok(c) => time_part(reference.distance(&c.surface()), mesh),
         Err(why) => unknown(&why),
     };
-    let algebraic = match attempt(session, TIGHT, scaled_tolerance(base, 0.1), false)? {
+    let algebraic = match attempt(session, TIGHT, None, scaled_tolerance(base, 0.1), false)? {
         Ok(c) => algebraic_part(reference.distance(&c.surface()), mesh),
         Err(why) => unknown(&why),
     };
@@ -96,10 +94,11 @@ pub fn estimate(
 pub(crate) fn attempt(
     session: &mut Session<'_>,
     name: &str,
+    coarser: Option<&Companion>,
     scene: SceneFile,
     record: bool,
 ) -> Result<Result<Companion, String>, EstimateError> {
-    match session.run(name, scene, record) {
+    match session.run(name, coarser, scene, record) {
         Ok(companion) => Ok(Ok(companion)),
         Err(e @ EstimateError::Interrupted { .. }) => Err(e),
         Err(e) => Ok(Err(e.to_string())),

@@ -69,6 +69,11 @@ pub(crate) const TOLERANCE: Knob = Knob {
 };
 
 impl Knob {
+    /// Whether it stands for the same setting.
+    pub(crate) fn is(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+
     /// Tightens the setting of `now` until the error is within its share, or
     /// until tightening no longer brings the results closer.
     pub(crate) fn choose(
@@ -88,7 +93,7 @@ impl Knob {
         for k in 0..=effort.times {
             let tight = (self.tighten)(now.built.scene());
             let name = format!("estimate/{}{}-{k}", self.name, effort.suffix);
-            let tight = match attempt(session, &name, tight, false)? {
+            let tight = match attempt(session, &name, None, tight, false)? {
                 Ok(tight) => tight,
                 Err(reason) => {
                     let fraction = self.fraction;

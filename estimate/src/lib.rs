@@ -27,6 +27,7 @@ mod autopilot;
 mod companion;
 mod error;
 mod estimator;
+mod kept;
 mod knob;
 mod material;
 mod parts;

@@ -50,6 +50,45 @@ fn coarse_scene(built: &BuiltScene) -> Option<BuiltScene> {
     Some(coarse.displaced_like(built))
 }
 
+/// Cloth at rest on a mesh with edges twice as long.
+#[derive(Clone, Copy)]
+pub struct Coarser<'a> {
+    /// The scene there; all but its edges as in the one that follows.
+    pub built: &'a BuiltScene,
+    /// Where its points rest, in the scene's order [m].
+    pub positions: &'a [f64],
+}
+
+/// Garments carried over from a coarser mesh; `None` where the scene calls for
+/// no coarser one, the coarser scene need not have come to rest, or they cross
+/// themselves here.
+pub(crate) fn carried(
+    coarser: Coarser<'_>,
+    built: &BuiltScene,
+    state: &State,
+    progress: &mut (dyn Progress + Send),
+) -> Option<Assembled> {
+    let scene = coarser.built.scene();
+    let twice = scene.mesh.edge_length == 2.0 * built.scene().mesh.edge_length;
+    if !(twice && scene.stop.early && applies(built.scene())) {
+        return None;
+    }
+    let edge = 1e3 * scene.mesh.edge_length;
+    let mut carried = state.clone();
+    let last = carry(coarser.built, coarser.positions, built, &mut carried);
+    if last.self_intersections > 0 {
+        return None;
+    }
+    progress.note(&format!(
+        "assembly: begun where the mesh of {edge} mm rests"
+    ));
+    Some(Assembled::Done {
+        state: carried,
+        summaries: vec![last],
+        carried: true,
+    })
+}
+
 /// Sews and drapes the garments on coarser meshes and carries them over to this
 /// one; `None` where the scene calls for none, or where they lead to nothing
 /// that can be used.

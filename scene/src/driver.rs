@@ -13,6 +13,8 @@ use selvedge_record::{RecordError, Recorder, RecorderOptions};
 
 use crate::assembly;
 use crate::build::{Built, BuiltScene, Topology};
+use crate::cascade;
+pub use crate::cascade::Coarser;
 use crate::diagnostic::Diagnostics;
 use crate::process;
 use crate::result;
@@ -135,6 +137,12 @@ pub struct RunResult {
     pub recording: Option<PathBuf>,
 }
 
+/// Digest of all that two runs with the same results share: settings, meshes
+/// and bodies, and the version of the program.
+pub fn digest(built: &BuiltScene, options: &RunOptions) -> String {
+    header(built, options).digest()
+}
+
 /// Simulates a scene and writes `run.mcap`, `final.obj` and `summary.json`.
 /// A raised `interrupt` ends the run after the step at hand; what was recorded
 /// can be resumed.
@@ -147,6 +155,22 @@ pub fn run(
     progress: &mut (dyn Progress + Send),
     interrupt: &AtomicBool,
 ) -> Result<RunResult, RunError> {
+    run_after(built, None, options, progress, interrupt)
+}
+
+/// As [`run`], for garments that begin where those of a coarser mesh rest, the
+/// coarse mesh that `assemble.coarsest` asks for being draped already. Where
+/// they cannot, they are sewn as by [`run`].
+///
+/// # Errors
+/// As [`run`].
+pub fn run_after(
+    built: &BuiltScene,
+    coarser: Option<Coarser<'_>>,
+    options: &RunOptions,
+    progress: &mut (dyn Progress + Send),
+    interrupt: &AtomicBool,
+) -> Result<RunResult, RunError> {
     let threads = threads(built);
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
@@ -155,7 +179,7 @@ pub fn run(
             threads,
             reason: e.to_string(),
         })?;
-    pool.install(|| run_here(built, options, progress, interrupt, threads))
+    pool.install(|| run_here(built, coarser, options, progress, interrupt, threads))
 }
 
 /// Points below which waking a second thread costs more than it gives.
@@ -172,6 +196,7 @@ pub fn threads(built: &BuiltScene) -> usize {
 
 fn run_here(
     built: &BuiltScene,
+    coarser: Option<Coarser<'_>>,
     options: &RunOptions,
     progress: &mut (dyn Progress + Send),
     interrupt: &AtomicBool,
@@ -207,7 +232,13 @@ fn run_here(
         .as_ref()
         .is_some_and(|c| c.section(CARRIED).is_some());
     if checkpoint.is_none() && built.geometry.sewn {
-        match assembly::assemble(built, state, dog.as_mut(), options, progress, interrupt)? {
+        let carried_over =
+            coarser.and_then(|coarser| cascade::carried(coarser, built, &state, progress));
+        let assembled = match carried_over {
+            Some(assembled) => assembled,
+            None => assembly::assemble(built, state, dog.as_mut(), options, progress, interrupt)?,
+        };
+        match assembled {
             assembly::Assembled::Done {
                 state: assembled,
                 summaries,

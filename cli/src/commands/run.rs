@@ -207,7 +207,7 @@ fn simulate(
             error,
             max_points: accuracy.max_points,
         };
-        return accuracy::within(&parsed, &scene_text, &directory, target, json);
+        return accuracy::within(&parsed, &scene_text, &directory, target, resume, json);
     }
     let built = BuiltScene::new(parsed)?;
     if !built.warnings.is_empty() && !json {

@@ -9,7 +9,7 @@ use selvedge_scene::build::BuiltScene;
 use selvedge_scene::driver::{RunOptions, RunResult};
 use selvedge_scene::file::Parsed;
 use selvedge_scene::summary::{ErrorPart, ErrorReport};
-use selvedge_scene::{check_results, write_summary};
+use selvedge_scene::{check_results, write_summary, write_whole};
 
 use super::{REPORT, STOPPED, finish};
 use crate::Failure;
@@ -42,6 +42,7 @@ pub(super) fn estimate(
         directory: options.directory.clone(),
         progress: reporter,
         interrupt,
+        resume: false,
         cpu_s: 0.0,
     };
     match selvedge_estimate::estimate(&mut session, built, result) {
@@ -58,12 +59,16 @@ pub(super) fn estimate(
     }
 }
 
+/// There while a search for settings has not come to its end.
+const UNFINISHED: &str = "estimate/unfinished";
+
 /// Runs a scene with settings chosen for a wanted error.
 pub(super) fn within(
     parsed: &Parsed,
     scene_text: &str,
     directory: &Path,
     target: Target,
+    resume: bool,
     json: bool,
 ) -> Result<ExitCode, Failure> {
     let scene = parsed.scene.clone();
@@ -71,6 +76,17 @@ pub(super) fn within(
     names.extend(scene.output.recording.then_some("run.mcap"));
     names.extend(scene.output.report.then_some(REPORT));
     check_results(directory, &names)?;
+    let unfinished = directory.join(UNFINISHED);
+    if resume && !unfinished.exists() {
+        return Err(Failure::Usage(format!(
+            "nothing to resume: no search for settings was interrupted in `{}`",
+            directory.display()
+        )));
+    }
+    if let Some(folder) = unfinished.parent() {
+        check_results(folder, &[])?;
+    }
+    write_whole(&unfinished, b"")?;
     let interrupt = signals::interrupt();
     let mut reporter = Reporter::new(json);
     let mut session = Session {
@@ -80,6 +96,7 @@ pub(super) fn within(
         directory: directory.to_owned(),
         progress: &mut reporter,
         interrupt: &interrupt,
+        resume,
         cpu_s: 0.0,
     };
     let found = drape_within(&mut session, &scene, target);
@@ -92,8 +109,10 @@ pub(super) fn within(
         Err(EstimateError::Interrupted { name }) => {
             reporter.finish();
             complain(format_args!(
-                "interrupted while running `{name}`; the runs made so far are in `{}`",
-                directory.join("estimate").display()
+                "interrupted while running `{name}`; the runs made so far are in `{}`\n  to go \
+                 on: {}",
+                directory.join("estimate").display(),
+                super::command_line()
             ));
             return Ok(ExitCode::from(STOPPED));
         }
@@ -103,7 +122,7 @@ pub(super) fn within(
         }
     };
     let (mut within, from) = found;
-    let result = &mut within.run.result;
+    let result = &mut within.result;
     for name in ["run.mcap", "final.obj"] {
         let (source, target) = (from.join(name), directory.join(name));
         if source.exists() {
@@ -121,7 +140,8 @@ pub(super) fn within(
     write_summary(directory, &result.summary)?;
     // The same summary would otherwise stand in two places.
     let _ = std::fs::remove_dir_all(&from);
-    finish(&within.run.built, result, directory, scene_text, json)
+    let _ = std::fs::remove_file(&unfinished);
+    finish(&within.built, result, directory, scene_text, json)
 }
 
 /// The estimate in words.

@@ -1,3 +1,4 @@
+mod bounds;
 mod memory;
 mod overlap;
 mod pass;
@@ -5,6 +6,7 @@ mod skin;
 
 use selvedge_energy::{DofLayout, EvalPoint};
 
+use bounds::{Bounds, Moves};
 use memory::Memory;
 use overlap::Overlap;
 use pass::{LaggedContact, Pairs, Pass, Task};
@@ -82,6 +84,7 @@ pub struct SelfContact {
     skin: Skin,
     spare: Memory,
     lagged: Vec<LaggedContact>,
+    moves: Moves,
     tasks: Vec<Task>,
     active: usize,
     deepest: f64,
@@ -103,6 +106,7 @@ impl SelfContact {
                 coefficients: Vec::new(),
                 inverse_masses: Vec::new(),
                 candidates: Candidates::default(),
+                bounds: Bounds::default(),
                 memory: Memory::default(),
                 overlap: Overlap::default(),
             },
@@ -112,6 +116,7 @@ impl SelfContact {
             skin: Skin::default(),
             spare: Memory::default(),
             lagged: Vec::new(),
+            moves: Moves::default(),
             tasks: Vec::new(),
             active: 0,
             deepest: 0.0,
@@ -243,7 +248,7 @@ impl SelfContact {
     pub fn contacts(&self, at: &EvalPoint<'_>, out: &mut ContactSet) {
         out.clear();
         let pass = Pass::new(&self.pairs, at, false);
-        pass.each(0..self.pairs.candidates.len(), |kind, pair, side, _| {
+        pass.each(0..self.pairs.candidates.len(), |_, kind, pair, side, _| {
             if let Meeting::Touching(t) = pass.meet(kind, pair, side) {
                 out.nodes.push(pass.nodes(kind, pair));
                 out.weights.push(t.weights);
@@ -310,6 +315,7 @@ impl ContactSource for SelfContact {
         let count = 3 * mesh.points();
         let (start, predicted) = (&step.q_start[..count], &step.q_predicted[..count]);
         if !self.skin.holds(start, predicted) {
+            self.pairs.bounds.clear();
             if self
                 .skin
                 .lay(start, predicted, (1.0 + overshoot) * SKIN_STEPS, skin)
@@ -328,6 +334,13 @@ impl ContactSource for SelfContact {
                 )?;
             }
         }
+        let Pairs {
+            bounds,
+            candidates,
+            mesh,
+            ..
+        } = &mut self.pairs;
+        bounds.measure(mesh, candidates, start);
         if release > 0.0 {
             if !self.pairs.overlap.measured {
                 let start = self.overlaps(step.q_start);
@@ -350,8 +363,10 @@ impl ContactSource for SelfContact {
     ) -> Result<f64, CollisionError> {
         self.check_length(at)?;
         let (mut energy, mut deepest, mut active) = (0.0, 0.0_f64, 0);
-        let pass = Pass::new(&self.pairs, at, curvature);
         let count = self.pairs.candidates.len();
+        let bounds = &self.pairs.bounds;
+        let moves = self.moves.from_start(bounds, count, at.q_start, at.q);
+        let pass = Pass::new(&self.pairs, at, curvature).with_moves(moves);
         in_order(
             count.div_ceil(CHUNK),
             &mut self.tasks,
@@ -398,8 +413,10 @@ impl ContactSource for SelfContact {
         if self.check_length(at).is_err() {
             return;
         }
-        let pass = Pass::new(&self.pairs, at, false);
         let (memory, count) = (&mut self.spare, self.pairs.candidates.len());
+        let bounds = &self.pairs.bounds;
+        let moves = self.moves.from_start(bounds, count, at.q_start, at.q);
+        let pass = Pass::new(&self.pairs, at, false).with_moves(moves);
         memory.clear();
         in_order(
             count.div_ceil(CHUNK),
@@ -438,6 +455,7 @@ impl ContactSource for SelfContact {
         self.pairs.memory = Memory::from_numbers(memory, anchored, limits)?;
         self.pairs.overlap = overlap;
         self.skin = skin;
+        self.pairs.bounds.clear();
         // The candidates are those of the last search, so that a restored run
         // goes on with the same bits.
         if self.skin.is_laid() {
@@ -459,6 +477,8 @@ impl ContactSource for SelfContact {
             + 8 * (self.pairs.inverse_masses.capacity() + self.pairs.coefficients.capacity())
             + 8 * (self.pairs.candidates.vertex_triangle.capacity()
                 + self.pairs.candidates.edge_edge.capacity())
+            + self.pairs.bounds.heap_bytes()
+            + self.moves.heap_bytes()
             + self.pairs.memory.heap_bytes()
             + self.pairs.overlap.heap_bytes()
             + self.spare.heap_bytes()

@@ -2,6 +2,7 @@ use std::ops::Range;
 
 use selvedge_energy::EvalPoint;
 
+use super::bounds::{Bounds, Moves};
 use super::memory::{Anchor, Memory, Record};
 use super::overlap::Overlap;
 use crate::friction::{AnchorState, anchor_damping, from_frame, to_frame};
@@ -22,6 +23,7 @@ pub(super) struct Pairs {
     pub coefficients: Vec<f64>,
     pub inverse_masses: Vec<f64>,
     pub candidates: Candidates,
+    pub bounds: Bounds,
     pub memory: Memory,
     pub overlap: Overlap,
 }
@@ -76,6 +78,8 @@ pub(super) struct Pass<'a> {
     curvature: bool,
     anchored: Option<FrictionAnchored>,
     thickness: f64,
+    /// Ways from the start, where the distances there are known.
+    moves: Option<&'a Moves>,
 }
 
 impl<'a> Pass<'a> {
@@ -90,15 +94,21 @@ impl<'a> Pass<'a> {
             curvature,
             anchored,
             thickness: pairs.potential.thickness(),
+            moves: None,
         }
     }
 
-    /// Calls `visit(kind, pair, side, anchor)` for a range of candidates, in
+    /// Passes over what `moves` leave apart.
+    pub(super) fn with_moves(self, moves: Option<&'a Moves>) -> Self {
+        Self { moves, ..self }
+    }
+
+    /// Calls `visit(i, kind, pair, side, anchor)` for a range of candidates, in
     /// order, with what they remember.
     pub(super) fn each(
         &self,
         range: Range<usize>,
-        mut visit: impl FnMut(PairKind, [u32; 2], Option<Side>, Option<Anchor>),
+        mut visit: impl FnMut(usize, PairKind, [u32; 2], Option<Side>, Option<Anchor>),
     ) {
         let c = &self.pairs.candidates;
         let Memory { records, anchors } = &self.pairs.memory;
@@ -123,7 +133,7 @@ impl<'a> Pass<'a> {
             let known = r < records.len() && records[r].key() == key;
             let side = known.then(|| records[r].side());
             let anchor = if known { anchors.get(r).copied() } else { None };
-            visit(key.0, key.1, side, anchor);
+            visit(i, key.0, key.1, side, anchor);
         }
     }
 
@@ -133,6 +143,18 @@ impl<'a> Pass<'a> {
             PairKind::VertexTriangle => self.pairs.mesh.vertex_triangle_nodes(pair),
             PairKind::EdgeEdge => self.pairs.mesh.edge_edge_nodes(pair),
         }
+    }
+
+    /// Whether a pair that remembers nothing cannot have come into contact.
+    #[inline]
+    fn stays_apart(&self, i: usize, kind: PairKind, pair: [u32; 2], side: Option<Side>) -> bool {
+        self.moves.is_some_and(|moves| {
+            side.is_none() && {
+                let nodes = self.nodes(kind, pair);
+                let bounds = &self.pairs.bounds;
+                bounds.apart(i, kind, &nodes, moves, self.thickness as f32)
+            }
+        })
     }
 
     #[inline]
@@ -236,7 +258,10 @@ impl<'a> Pass<'a> {
         task.response.clear();
         task.boundary.clear();
         (task.energy, task.deepest, task.active) = (0.0, 0.0, 0);
-        self.each(range, |kind, pair, side, anchor| {
+        self.each(range, |i, kind, pair, side, anchor| {
+            if self.stays_apart(i, kind, pair, side) {
+                return;
+            }
             let Meeting::Touching(touch) = self.meet(kind, pair, side) else {
                 return;
             };
@@ -272,7 +297,10 @@ impl<'a> Pass<'a> {
     pub(super) fn remember(&self, range: Range<usize>, task: &mut Task) {
         let memory = &mut task.memory;
         memory.clear();
-        self.each(range, |kind, pair, side, anchor| {
+        self.each(range, |i, kind, pair, side, anchor| {
+            if self.stays_apart(i, kind, pair, side) {
+                return;
+            }
             let touch = match self.meet(kind, pair, side) {
                 Meeting::Apart => return,
                 Meeting::Behind => {
@@ -319,7 +347,7 @@ impl<'a> Pass<'a> {
     /// Normal forces, for lagged friction.
     pub(super) fn lag(&self, range: Range<usize>, task: &mut Task) {
         task.lagged.clear();
-        self.each(range, |kind, pair, side, _| {
+        self.each(range, |_, kind, pair, side, _| {
             let Meeting::Touching(t) = self.meet(kind, pair, side) else {
                 return;
             };
