@@ -1,6 +1,5 @@
 //! Numbers of the factor, row by row.
 
-use super::super::block_ic::{FIRST_SHIFT, LAST_SHIFT};
 use super::dense;
 use super::plan::Plan;
 use crate::{BlockFilter, BorderPattern, Bsr, Real};
@@ -18,6 +17,8 @@ pub(super) struct Source<'a, T: Real> {
     pub filter: Option<&'a BlockFilter>,
     /// Places whose point or scalars the filter holds; empty without any.
     pub held: &'a [bool],
+    /// Diagonal shift, relative.
+    pub shift: f64,
 }
 
 /// The row at hand, in double precision.
@@ -29,40 +30,33 @@ struct Row {
     diagonal: Vec<f64>,
     scale: Vec<f64>,
     inverse: Vec<f64>,
-    /// Diagonal shift, relative.
-    shift: f64,
 }
 
 impl<T: Real> Source<'_, T> {
-    /// Factors a part of the plan; `values` are its rows'. Returns the largest
-    /// shift that any of its parts took, none when no shift was enough.
-    pub(super) fn part(&self, index: usize, values: &mut [T]) -> Option<f64> {
+    /// Factors a part of the plan; `values` are its rows'. False when a pivot
+    /// is not positive.
+    pub(super) fn part(&self, index: usize, values: &mut [T]) -> bool {
         let plan = self.plan;
         let part = plan.parts[index];
         let origin = plan.values[part.start as usize] as usize;
-        let mut largest: f64 = 0.0;
         if let Some(halves) = part.halves {
             let [left, right] = halves.map(|h| h as usize);
             let cut = plan.values[plan.parts[right].start as usize] as usize - origin;
             let own = plan.values[part.own as usize] as usize - origin;
             let (a, b) = values[..own].split_at_mut(cut);
             let (a, b) = rayon::join(|| self.part(left, a), || self.part(right, b));
-            largest = a?.max(b?);
+            if !(a && b) {
+                return false;
+            }
         }
         let mut row = Row {
             at: vec![0; (part.end - part.start) as usize],
             ..Row::default()
         };
-        while !(part.own as usize..part.end as usize).all(|i| {
+        (part.own as usize..part.end as usize).all(|i| {
             let (done, rest) = values.split_at_mut(plan.values[i] as usize - origin);
             self.row(i, (part.start as usize, origin), done, rest, &mut row)
-        }) {
-            row.shift = (2.0 * row.shift).max(FIRST_SHIFT);
-            if row.shift > LAST_SHIFT {
-                return None;
-            }
-        }
-        Some(largest.max(row.shift))
+        })
     }
 
     /// Row `i` from those before it, which begin at a place and a value.
@@ -91,7 +85,7 @@ impl<T: Real> Source<'_, T> {
         row.scale
             .extend((0..m).map(|k| row.diagonal[k * m + k].abs()));
         for k in 0..m {
-            row.diagonal[k * m + k] += row.shift * row.scale[k];
+            row.diagonal[k * m + k] += self.shift * row.scale[k];
         }
         for &k in columns {
             let k = k as usize;

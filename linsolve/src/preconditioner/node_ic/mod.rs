@@ -6,7 +6,7 @@ mod parts;
 mod plan;
 mod sweep;
 
-use super::block_ic::LAST_SHIFT;
+use super::block_ic::{FIRST_SHIFT, LAST_SHIFT};
 use super::{Preconditioner, diagonal::positive_inverse, filtered_diagonal};
 use crate::{ExplicitOperator, Filter, LinearOperator, LinsolveError, Real};
 use factor::{Source, held};
@@ -31,13 +31,13 @@ use sweep::Sweep;
 /// none.
 ///
 /// Diagonal blocks are complete, off-diagonal blocks of contacts are ignored.
-/// A pivot that is not above `1e-12 A_kk` restarts its part with the diagonal
-/// shift `s |A_kk|`, `s = 1e-3` and doubling. The filter enters as `S_i A_ij S_j` and
+/// A pivot that is not above `1e-12 A_kk` restarts with the diagonal shift
+/// `s |A_kk|`, `s = 1e-3` and doubling. The filter enters as `S_i A_ij S_j` and
 /// `m̄ (I − S_i)` on the diagonal; fixed scalars get `m̄`.
 ///
 /// Rows are eliminated in double precision and kept in `T`. The points' order is
 /// dissected into parts that do not couple, and separators behind them (at least
-/// 512 nodes a part, at most 16 parts): the parts run together, and the result
+/// 512 nodes a part, at most 64 parts): the parts run together, and the result
 /// is the same for any number of threads. Few points keep their order.
 #[derive(Debug, Clone)]
 pub struct NodeIc<T> {
@@ -81,7 +81,7 @@ impl<T: Real> NodeIc<T> {
         }
     }
 
-    /// Largest diagonal shift of the last update, relative; 0 when none was needed.
+    /// Diagonal shift of the last update, relative; 0 when none was needed.
     pub fn shift(&self) -> f64 {
         self.shift
     }
@@ -112,7 +112,7 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
             self.factor = vec![T::ZERO; values];
         }
         let held = held(&self.plan, filter.as_blocks());
-        let source = Source {
+        let mut source = Source {
             plan: &self.plan,
             points,
             border,
@@ -121,13 +121,19 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
             scalars: &self.scalars,
             filter: filter.as_blocks(),
             held: &held,
+            shift: 0.0,
         };
         let whole = self.plan.parts.len() - 1;
-        let shift = source.part(whole, &mut self.factor);
-        self.shift = shift.ok_or(LinsolveError::ShiftExhausted {
-            method: "node-ic",
-            shift: LAST_SHIFT,
-        })?;
+        while !source.part(whole, &mut self.factor) {
+            source.shift = (2.0 * source.shift).max(FIRST_SHIFT);
+            if source.shift > LAST_SHIFT {
+                return Err(LinsolveError::ShiftExhausted {
+                    method: "node-ic",
+                    shift: LAST_SHIFT,
+                });
+            }
+        }
+        self.shift = source.shift;
         self.scalar_inverse.clear();
         if border.is_none() {
             let inverse = self.scalars.iter().map(|&d| positive_inverse(d, mean));

@@ -11,10 +11,9 @@ pub(super) struct Part {
 
 /// Nodes of a part that is not divided further, at least.
 const LEAF: usize = 512;
-/// Parts that are not divided, at most. Separators take in what both sides
-/// dropped: with 64 parts, those of a sweater's 213 000 nodes need shifts that
-/// double the iterations.
-const LEAVES: usize = 16;
+/// Parts that are not divided, at most: on more processors than that they pay
+/// no longer.
+const LEAVES: usize = 64;
 
 /// Order of elimination and parts, children before their parents.
 ///
@@ -26,7 +25,7 @@ pub(super) fn dissect(adjacent: &[Vec<u32>]) -> (Vec<u32>, Vec<Part>) {
     let n = adjacent.len();
     let mut d = Dissection {
         adjacent,
-        leaf: LEAF.max(n / LEAVES),
+        leaf: LEAF.max(n.div_ceil(LEAVES)),
         before: vec![0; n],
         stamp: 0,
         order: Vec::with_capacity(n),
