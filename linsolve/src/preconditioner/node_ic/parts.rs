@@ -11,50 +11,46 @@ pub(super) struct Part {
 
 /// Nodes of a part that is not divided further, at least.
 const LEAF: usize = 512;
-/// Parts that are not divided, at most: on more processors than that they pay
-/// no longer.
-const LEAVES: usize = 64;
+/// Share of a part's nodes on either side of a cut, at least.
+const SIDE: f64 = 0.2;
 
 /// Order of elimination and parts, children before their parents.
 ///
-/// A part is cut in the middle of its nodes' order; those behind the cut with a
-/// neighbour before it separate, and come last. In an order of small bandwidth
-/// they are few. The order inside of undivided parts is kept, or reversed where
-/// it leads away from the separator: elimination towards it drops less.
+/// A part is cut where the fewest nodes behind the cut have a neighbour before
+/// it, if these are at most half as many as at the median cut: between the panels
+/// of a garment. They separate, and come last. Elsewhere a cut costs more than it
+/// gains: along a separator elimination leaves fill of high level, and dropping it
+/// spoils pivots (a knitted garment cut into 4 equal parts needs a diagonal shift
+/// of 1.6e-2 and 65 iterations, at its seams one of 2.5e-4 and 10). The order inside
+/// of parts is kept for the same reason.
 pub(super) fn dissect(adjacent: &[Vec<u32>]) -> (Vec<u32>, Vec<Part>) {
     let n = adjacent.len();
     let mut d = Dissection {
         adjacent,
-        leaf: LEAF.max(n.div_ceil(LEAVES)),
-        before: vec![0; n],
-        stamp: 0,
+        local: vec![u32::MAX; n],
         order: Vec::with_capacity(n),
         parts: Vec::new(),
     };
-    d.divide((0..n as u32).collect(), false);
+    d.divide((0..n as u32).collect());
     (d.order, d.parts)
 }
 
 struct Dissection<'a> {
     adjacent: &'a [Vec<u32>],
-    leaf: usize,
-    /// The last cut that a node was before.
-    before: Vec<u32>,
-    stamp: u32,
+    /// Place of every node in the part at hand, `u32::MAX` outside of it.
+    local: Vec<u32>,
     order: Vec<u32>,
     parts: Vec<Part>,
 }
 
 impl Dissection<'_> {
     /// Index of the part.
-    fn divide(&mut self, mut nodes: Vec<u32>, reversed: bool) -> u32 {
+    fn divide(&mut self, mut nodes: Vec<u32>) -> u32 {
         let start = self.order.len() as u32;
         let mut halves = None;
         if let Some((left, right, between)) = self.cut(&nodes) {
-            halves = Some([self.divide(left, false), self.divide(right, true)]);
+            halves = Some([self.divide(left), self.divide(right)]);
             nodes = between;
-        } else if reversed {
-            nodes.reverse();
         }
         let own = self.order.len() as u32;
         self.order.append(&mut nodes);
@@ -67,23 +63,58 @@ impl Dissection<'_> {
         self.parts.len() as u32 - 1
     }
 
-    /// Two sides and what separates them; none for few nodes, or where the
-    /// separator is not small.
+    /// Two sides and what separates them; none for few nodes, or without a place
+    /// where little separates.
     fn cut(&mut self, nodes: &[u32]) -> Option<(Vec<u32>, Vec<u32>, Vec<u32>)> {
-        if nodes.len() < 2 * self.leaf {
+        let n = nodes.len();
+        if n < 2 * LEAF {
             return None;
         }
-        let (left, rest) = nodes.split_at(nodes.len() / 2);
-        self.stamp += 1;
-        for &p in left {
-            self.before[p as usize] = self.stamp;
+        for (k, &p) in nodes.iter().enumerate() {
+            self.local[p as usize] = k as u32;
         }
-        let touches = |p: &u32| {
-            let near = &self.adjacent[*p as usize];
-            near.iter().any(|&q| self.before[q as usize] == self.stamp)
-        };
-        let (between, right): (Vec<u32>, Vec<u32>) = rest.iter().partition(|p| touches(p));
-        (5 * between.len() < nodes.len()).then(|| (left.to_vec(), right, between))
+        let first: Vec<usize> = nodes.iter().map(|&p| self.first_neighbour(p)).collect();
+        for &p in nodes {
+            self.local[p as usize] = u32::MAX;
+        }
+        // a node separates at the cuts behind its first neighbour up to itself
+        let mut change = vec![0i64; n + 1];
+        for (k, &first) in first.iter().enumerate() {
+            if first < k {
+                change[first + 1] += 1;
+                change[k + 1] -= 1;
+            }
+        }
+        let sizes = change.iter().scan(0, |size, c| {
+            *size += c;
+            Some(*size)
+        });
+        let margin = (SIDE * n as f64) as usize;
+        let sizes: Vec<i64> = sizes.take(n - margin).skip(margin).collect();
+        let (at, &least) = sizes.iter().enumerate().min_by_key(|e| e.1)?;
+        let mut sorted = sizes.clone();
+        let (_, &mut median, _) = sorted.select_nth_unstable(sizes.len() / 2);
+        if 2 * least > median {
+            return None;
+        }
+        let at = margin + at;
+        let mut sides = (nodes[..at].to_vec(), Vec::new(), Vec::new());
+        for (&p, &first) in nodes[at..].iter().zip(&first[at..]) {
+            if first < at {
+                sides.2.push(p);
+            } else {
+                sides.1.push(p);
+            }
+        }
+        Some(sides)
+    }
+
+    /// Place in the part at hand of the first of a node's neighbours there, or of
+    /// the node itself.
+    fn first_neighbour(&self, node: u32) -> usize {
+        let near = self.adjacent[node as usize].iter();
+        let places = near.map(|&q| self.local[q as usize]);
+        places.fold(self.local[node as usize], u32::min) as usize
     }
 }
 
@@ -91,31 +122,42 @@ impl Dissection<'_> {
 mod tests {
     use super::*;
 
-    /// A grid in rows: every node once, halves that do not touch each other.
+    /// Four grids in rows, each joined to the one before at five nodes: every node
+    /// once, cut between grids, halves that do not touch each other.
     #[test]
-    fn halves_do_not_touch() {
-        let (width, height) = (30u32, 200u32);
-        let adjacent: Vec<Vec<u32>> = (0..width * height)
-            .map(|p| {
-                let (i, j) = (p % width, p / width);
-                let mut near = Vec::new();
-                near.extend((j > 0).then(|| p - width));
-                near.extend((i > 0).then(|| p - 1));
-                near.extend((i + 1 < width).then_some(p + 1));
-                near.extend((j + 1 < height).then_some(p + width));
-                near
-            })
-            .collect();
+    fn cuts_lie_where_little_separates() {
+        let (width, height, grids) = (30u32, 50u32, 4u32);
+        let size = width * height;
+        let n = size * grids;
+        let mut adjacent = vec![Vec::new(); n as usize];
+        let mut join = |p: u32, q: u32| {
+            adjacent[p as usize].push(q);
+            adjacent[q as usize].push(p);
+        };
+        for grid in 0..grids {
+            for k in 0..size {
+                let p = grid * size + k;
+                if k % width > 0 {
+                    join(p, p - 1);
+                }
+                if k >= width {
+                    join(p, p - width);
+                }
+                if grid > 0 && k % width < 5 && k < width {
+                    join(p, p - width);
+                }
+            }
+        }
         let (order, parts) = dissect(&adjacent);
         let mut sorted = order.clone();
         sorted.sort_unstable();
-        assert!(sorted.into_iter().eq(0..width * height));
+        assert!(sorted.into_iter().eq(0..n));
         let mut place = vec![0; order.len()];
         for (k, &p) in order.iter().enumerate() {
             place[p as usize] = k as u32;
         }
         let whole = parts.last().expect("a part");
-        assert_eq!((whole.start, whole.end), (0, width * height));
+        assert_eq!((whole.start, whole.end), (0, n));
         let mut divided = 0;
         for part in &parts {
             let Some([a, b]) = part.halves.map(|h| h.map(|k| parts[k as usize])) else {
@@ -130,6 +172,11 @@ mod tests {
                 }
             }
         }
-        assert!(divided >= 3);
+        assert_eq!(divided, 3);
+        // within one grid every cut separates alike
+        let one: Vec<_> = adjacent[..size as usize].to_vec();
+        let inside = |near: &Vec<u32>| near.iter().copied().filter(|&q| q < size).collect();
+        let one: Vec<Vec<u32>> = one.iter().map(inside).collect();
+        assert_eq!(dissect(&one).1.len(), 1);
     }
 }
