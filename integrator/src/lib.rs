@@ -40,4 +40,5 @@ pub use statics::StaticRest;
 pub use step::{Integrator, RestReport, StepReport, StepRequest};
 pub use system::{
     BorderedSystem, DualSystem, Evaluation, MatrixFreeSystem, NewtonSystem, ReassembledSystem,
+    StoredSystem,
 };

@@ -2,6 +2,7 @@ use selvedge_collision::ContactSource;
 use selvedge_energy::{DofLayout, EnergyBatch, MassBatch};
 use selvedge_linsolve::BlockFilter;
 
+use crate::assemble::Stencils;
 use crate::{NewtonSystem, PlanError};
 
 /// Everything that a scene calls for, and nothing else: an effect that is off
@@ -144,7 +145,8 @@ impl ScenePlan {
             }
         }
         for term in &self.terms {
-            check_nodes(term.batch.as_ref(), self.layout)?;
+            let batch = term.batch.as_ref();
+            check_nodes(batch.name(), &batch, self.layout)?;
         }
         if let Some(pins) = &self.pins {
             for &p in &pins.points {
@@ -189,10 +191,29 @@ impl ScenePlan {
     }
 }
 
-fn check_nodes(batch: &dyn EnergyBatch, layout: DofLayout) -> Result<(), PlanError> {
-    let dims = batch.node_dims();
-    for e in 0..batch.len() {
-        for (&node, &dim) in batch.nodes(e).iter().zip(dims) {
+/// Checks that scalars live on points and that stencils name nodes, all of which
+/// exist.
+pub(crate) fn check_stencils(
+    points: usize,
+    owners: &[u32],
+    terms: &[Term],
+    mass: Option<&dyn MassBatch>,
+) -> Result<(), PlanError> {
+    if !owners.is_sorted() || owners.last().is_some_and(|&p| p as usize >= points) {
+        return Err(PlanError::Owners { points });
+    }
+    let scalars = owners.len();
+    let layout = DofLayout { points, scalars };
+    for term in terms {
+        let batch = term.batch.as_ref();
+        check_nodes(batch.name(), &batch, layout)?;
+    }
+    mass.map_or(Ok(()), |mass| check_nodes(mass.name(), &mass, layout))
+}
+
+fn check_nodes(name: &str, stencils: &impl Stencils, layout: DofLayout) -> Result<(), PlanError> {
+    for e in 0..stencils.count() {
+        for (&node, &dim) in stencils.stencil(e).iter().zip(stencils.dims()) {
             let count = if dim == 3 {
                 layout.points
             } else {
@@ -200,7 +221,7 @@ fn check_nodes(batch: &dyn EnergyBatch, layout: DofLayout) -> Result<(), PlanErr
             };
             if node as usize >= count {
                 return Err(PlanError::Node {
-                    term: batch.name().into(),
+                    term: name.into(),
                     stencil: e,
                     node,
                     count,

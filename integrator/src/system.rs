@@ -4,18 +4,18 @@ mod bordered;
 mod dual;
 mod matrix_free;
 mod reassembled;
+mod stored;
 
 pub use bordered::BorderedSystem;
 pub use dual::DualSystem;
 pub use matrix_free::MatrixFreeSystem;
 pub use reassembled::ReassembledSystem;
+use stored::Storage;
+pub use stored::StoredSystem;
 
 use selvedge_collision::ContactResponse;
 use selvedge_energy::{Curvature, EvalPoint};
-use selvedge_linsolve::{
-    BlockFilter, DualMatrix, ExplicitOperator, Filter, LinearSolver, LinsolveError, NoFilter, Real,
-    SolveReport,
-};
+use selvedge_linsolve::{BlockFilter, DualMatrix, LinsolveError, Real, SolveReport};
 
 use crate::assemble::MassEvaluation;
 use crate::{Ledger, Term};
@@ -50,7 +50,8 @@ pub trait NewtonSystem: Send {
         false
     }
 
-    /// Adds `−dt ∂E/∂q` [N·s], and the part of inertia that couples unknowns, to `impulse` and writes each term's energy [J].
+    /// Adds `−dt ∂E/∂q` [N·s], and the part of inertia that couples unknowns,
+    /// to `impulse` and writes each term's energy [J].
     fn add_impulse(
         &mut self,
         at: &Evaluation<'_>,
@@ -109,23 +110,4 @@ fn add_contacts<T: Real>(matrix: &mut DualMatrix<T>, contacts: &ContactResponse,
         &contacts.curvature,
         dt2,
     );
-}
-
-/// Solves from zero, with a filter where there is one.
-fn solve_from_zero<T: Real>(
-    solver: &mut dyn LinearSolver<T>,
-    a: &dyn ExplicitOperator<T>,
-    b: &[f64],
-    filter: Option<&BlockFilter>,
-    x: &mut [f64],
-) -> Result<SolveReport, LinsolveError>
-where
-    BlockFilter: Filter<T>,
-    NoFilter: Filter<T>,
-{
-    x.fill(0.0);
-    match filter {
-        Some(filter) => solver.solve(a, b, filter, x),
-        None => solver.solve(a, b, &NoFilter, x),
-    }
 }
