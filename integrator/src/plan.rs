@@ -1,5 +1,5 @@
 use selvedge_collision::ContactSource;
-use selvedge_energy::{DofLayout, EnergyBatch, MassBatch};
+use selvedge_energy::{DofLayout, EnergyBatch, EvalPoint, MassBatch};
 use selvedge_linsolve::BlockFilter;
 
 use crate::assemble::Stencils;
@@ -161,6 +161,23 @@ impl ScenePlan {
             }
         }
         Ok(())
+    }
+
+    /// Tells the terms where a step begins.
+    pub(crate) fn begin_step(&mut self, start: &EvalPoint<'_>) {
+        for term in &mut self.terms {
+            term.batch.begin_step(start);
+        }
+    }
+
+    /// Keeps the history of terms and contacts after an accepted step.
+    pub(crate) fn commit(&mut self, end: &EvalPoint<'_>) {
+        for term in &mut self.terms {
+            term.batch.commit(end);
+        }
+        for contact in &mut self.contacts {
+            contact.commit(end);
+        }
     }
 
     /// Heap memory of terms, contacts, masses and the system [bytes].
