@@ -27,7 +27,8 @@ pub struct ScenePlan {
 /// Masses and the field that pulls on them.
 #[derive(Default)]
 pub struct Inertia {
-    /// Lumped mass of each point [kg].
+    /// Lumped mass of each point [kg]; of a point that stands for a rotation, a
+    /// moment of inertia [kg·m²].
     pub masses: Vec<f64>,
     /// Lumped mass of each scalar [kg].
     pub scalar_masses: Vec<f64>,
@@ -38,8 +39,7 @@ pub struct Inertia {
     pub damping: f64,
     /// Acceleration of gravity [m/s²].
     pub gravity: [f64; 3],
-    /// Points that gravity does not pull: rotation vectors of rigid bodies,
-    /// whose mass is a moment of inertia.
+    /// Points that gravity does not pull: rotation vectors of rigid bodies.
     pub weightless: Vec<u32>,
 }
 

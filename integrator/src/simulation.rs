@@ -122,8 +122,9 @@ impl Simulation {
     /// Tries one step.
     ///
     /// # Errors
-    /// [`SimulationError::StepUnderflow`] when no step is small enough, with
-    /// the state as after the last accepted step.
+    /// [`SimulationError::StepUnderflow`] when no step is small enough,
+    /// [`SimulationError::Step`] when a static solve stalls; the state is as
+    /// after the last accepted step.
     pub fn advance(&mut self) -> Result<Outcome, SimulationError> {
         if let Some(end) = self.ended {
             return Ok(Outcome::Ended(end));

@@ -37,9 +37,14 @@ pub struct Evaluation<'a> {
     pub mass: Option<MassEvaluation<'a>>,
 }
 
-/// The matrix `A = M + dt² (∂²E/∂q² + contact)` [kg] of one Newton iteration,
-/// together with its linear solver: the seam at which storage, precision,
-/// preconditioner and solver are swapped.
+/// The matrix of one Newton iteration,
+///
+/// ```text
+/// A = M + dt² (∂²E/∂q² + K_contact)     [kg]
+/// ```
+/// with all derivatives with respect to the unknowns at the end of the step, so
+/// that damping counts too, together with its linear solver: the seam at which
+/// storage, precision, preconditioner and solver are swapped.
 pub trait NewtonSystem: Send {
     /// Storage, precision and solver in words, for reports.
     fn name(&self) -> String;

@@ -163,9 +163,10 @@ impl StaticRest {
     }
 
     /// Takes the first of the steps 1, ½, ¼, … that lowers the energy enough;
-    /// returns its share of the direction, the energy gained over `½ F·p` and
-    /// whether the move was cut. The unknowns are then in `q`, the forces in
-    /// `b_try`.
+    /// returns the energy gained over what the quadratic model foresaw,
+    /// `s (1 − s/2) F·p` (zero where the step was halved), and whether the move
+    /// was cut to the largest one. The unknowns are then in `q`, the forces in
+    /// `b_try`. `None` where no try does.
     pub(super) fn search(
         &mut self,
         plan: &mut ScenePlan,
