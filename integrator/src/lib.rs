@@ -13,8 +13,11 @@ mod contact;
 mod control;
 mod error;
 mod euler;
+mod finite;
 mod ledger;
+mod motion;
 mod norm;
+mod pins;
 mod plan;
 mod settings;
 mod simulation;
@@ -40,4 +43,5 @@ pub use statics::StaticRest;
 pub use step::{Integrator, RestReport, StepReport, StepRequest};
 pub use system::{
     BorderedSystem, DualSystem, Evaluation, MatrixFreeSystem, NewtonSystem, ReassembledSystem,
+    StoredSystem,
 };

@@ -1,7 +1,8 @@
 use selvedge_collision::ContactSource;
-use selvedge_energy::{DofLayout, EnergyBatch, MassBatch};
+use selvedge_energy::{DofLayout, EnergyBatch, EvalPoint, MassBatch};
 use selvedge_linsolve::BlockFilter;
 
+use crate::assemble::Stencils;
 use crate::{NewtonSystem, PlanError};
 
 /// Everything that a scene calls for, and nothing else: an effect that is off
@@ -26,7 +27,8 @@ pub struct ScenePlan {
 /// Masses and the field that pulls on them.
 #[derive(Default)]
 pub struct Inertia {
-    /// Lumped mass of each point [kg].
+    /// Lumped mass of each point [kg]; of a point that stands for a rotation, a
+    /// moment of inertia [kg·m²].
     pub masses: Vec<f64>,
     /// Lumped mass of each scalar [kg].
     pub scalar_masses: Vec<f64>,
@@ -37,8 +39,7 @@ pub struct Inertia {
     pub damping: f64,
     /// Acceleration of gravity [m/s²].
     pub gravity: [f64; 3],
-    /// Points that gravity does not pull: rotation vectors of rigid bodies,
-    /// whose mass is a moment of inertia.
+    /// Points that gravity does not pull: rotation vectors of rigid bodies.
     pub weightless: Vec<u32>,
 }
 
@@ -144,7 +145,8 @@ impl ScenePlan {
             }
         }
         for term in &self.terms {
-            check_nodes(term.batch.as_ref(), self.layout)?;
+            let batch = term.batch.as_ref();
+            check_nodes(batch.name(), &batch, self.layout)?;
         }
         if let Some(pins) = &self.pins {
             for &p in &pins.points {
@@ -159,6 +161,23 @@ impl ScenePlan {
             }
         }
         Ok(())
+    }
+
+    /// Tells the terms where a step begins.
+    pub(crate) fn begin_step(&mut self, start: &EvalPoint<'_>) {
+        for term in &mut self.terms {
+            term.batch.begin_step(start);
+        }
+    }
+
+    /// Keeps the history of terms and contacts after an accepted step.
+    pub(crate) fn commit(&mut self, end: &EvalPoint<'_>) {
+        for term in &mut self.terms {
+            term.batch.commit(end);
+        }
+        for contact in &mut self.contacts {
+            contact.commit(end);
+        }
     }
 
     /// Heap memory of terms, contacts, masses and the system [bytes].
@@ -189,10 +208,29 @@ impl ScenePlan {
     }
 }
 
-fn check_nodes(batch: &dyn EnergyBatch, layout: DofLayout) -> Result<(), PlanError> {
-    let dims = batch.node_dims();
-    for e in 0..batch.len() {
-        for (&node, &dim) in batch.nodes(e).iter().zip(dims) {
+/// Checks that scalars live on points and that stencils name nodes, all of which
+/// exist.
+pub(crate) fn check_stencils(
+    points: usize,
+    owners: &[u32],
+    terms: &[Term],
+    mass: Option<&dyn MassBatch>,
+) -> Result<(), PlanError> {
+    if !owners.is_sorted() || owners.last().is_some_and(|&p| p as usize >= points) {
+        return Err(PlanError::Owners { points });
+    }
+    let scalars = owners.len();
+    let layout = DofLayout { points, scalars };
+    for term in terms {
+        let batch = term.batch.as_ref();
+        check_nodes(batch.name(), &batch, layout)?;
+    }
+    mass.map_or(Ok(()), |mass| check_nodes(mass.name(), &mass, layout))
+}
+
+fn check_nodes(name: &str, stencils: &impl Stencils, layout: DofLayout) -> Result<(), PlanError> {
+    for e in 0..stencils.count() {
+        for (&node, &dim) in stencils.stencil(e).iter().zip(stencils.dims()) {
             let count = if dim == 3 {
                 layout.points
             } else {
@@ -200,7 +238,7 @@ fn check_nodes(batch: &dyn EnergyBatch, layout: DofLayout) -> Result<(), PlanErr
             };
             if node as usize >= count {
                 return Err(PlanError::Node {
-                    term: batch.name().into(),
+                    term: name.into(),
                     stencil: e,
                     node,
                     count,

@@ -1,6 +1,6 @@
 use crate::{
     CurvaturePolicy, Integrator, Ledger, PlanError, RestDetector, ScenePlan, Settings,
-    SimulationError, Snapshot, State, StepControl, StepError, StepReport, StepRequest,
+    SimulationError, Snapshot, State, StepControl, StepError, StepReport, StepRequest, finite,
 };
 
 /// A plan, its state, and the loop around single steps: initial relaxation,
@@ -90,22 +90,10 @@ impl Simulation {
                 .into());
             }
         }
-        if let Some((place, what)) = state.first_not_finite() {
-            let point = state.point_of(place, &plan.owners);
-            let at = |i: usize| state.q[3 * point + i];
-            let source = StepError::NotFinite {
-                what,
-                point,
-                x: at(0),
-                y: at(1),
-                z: at(2),
-                term: None,
-            };
-            return Err(SimulationError::Step {
-                time: state.time,
-                source,
-            });
-        }
+        finite::check(&state, &plan.owners).map_err(|source| SimulationError::Step {
+            time: state.time,
+            source,
+        })?;
         let relaxed = settings.relaxation.duration > state.time;
         let fraction = if relaxed {
             settings.relaxation.step_fraction
@@ -134,8 +122,9 @@ impl Simulation {
     /// Tries one step.
     ///
     /// # Errors
-    /// [`SimulationError::StepUnderflow`] when no step is small enough, with
-    /// the state as after the last accepted step.
+    /// [`SimulationError::StepUnderflow`] when no step is small enough,
+    /// [`SimulationError::Step`] when a static solve stalls; the state is as
+    /// after the last accepted step.
     pub fn advance(&mut self) -> Result<Outcome, SimulationError> {
         if let Some(end) = self.ended {
             return Ok(Outcome::Ended(end));

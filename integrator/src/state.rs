@@ -5,9 +5,10 @@ use selvedge_energy::DofLayout;
 pub struct State {
     /// Shape of `q` and `v`.
     pub layout: DofLayout,
-    /// Unknowns [m].
+    /// Unknowns: points and arc lengths [m], points that stand for a rotation
+    /// [rad].
     pub q: Vec<f64>,
-    /// Their rates [m/s].
+    /// Their rates [m/s, rad/s].
     pub v: Vec<f64>,
     /// Simulated time [s].
     pub time: f64,
@@ -24,7 +25,8 @@ impl State {
         }
     }
 
-    /// Kinetic energy `½ Σ m |v|²` [J].
+    /// Kinetic energy `½ Σ m |v|²` of the points with lumped `masses` [kg], in J;
+    /// scalars and inertia that couples unknowns are left out.
     pub fn kinetic_energy(&self, masses: &[f64]) -> f64 {
         let (v, _) = self.v.as_chunks::<3>();
         masses

@@ -86,6 +86,36 @@ pub struct StepReport {
     pub pin_forces: Vec<[f64; 3]>,
 }
 
+impl StepReport {
+    /// Adds what terms, contacts and pins are like at the end of a step, with
+    /// the energies of terms and of contacts [J] and the impulses that pins take
+    /// over `dt` [N·s].
+    pub(crate) fn with_end(
+        self,
+        plan: &ScenePlan,
+        (energies, contact_energy): (&[f64], f64),
+        held: &[[f64; 3]],
+        dt: f64,
+    ) -> Self {
+        let named = plan.terms.iter().zip(energies);
+        let named = named.map(|(term, &value)| TermEnergy {
+            name: term.batch.name().to_owned(),
+            value,
+        });
+        let contacts = plan.contacts.iter();
+        let depths = contacts.clone().map(|c| c.max_penetration());
+        Self {
+            energies: named.collect(),
+            contact_energy,
+            contacts: contacts.clone().map(|c| c.active()).sum(),
+            candidates: contacts.map(|c| c.candidates()).sum(),
+            max_penetration: depths.fold(0.0, f64::max),
+            pin_forces: held.iter().map(|j| j.map(|j| -j / dt)).collect(),
+            ..self
+        }
+    }
+}
+
 /// How far a static solve is from rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RestReport {

@@ -4,18 +4,18 @@ mod bordered;
 mod dual;
 mod matrix_free;
 mod reassembled;
+mod stored;
 
 pub use bordered::BorderedSystem;
 pub use dual::DualSystem;
 pub use matrix_free::MatrixFreeSystem;
 pub use reassembled::ReassembledSystem;
+use stored::Storage;
+pub use stored::StoredSystem;
 
 use selvedge_collision::ContactResponse;
 use selvedge_energy::{Curvature, EvalPoint};
-use selvedge_linsolve::{
-    BlockFilter, DualMatrix, ExplicitOperator, Filter, LinearSolver, LinsolveError, NoFilter, Real,
-    SolveReport,
-};
+use selvedge_linsolve::{BlockFilter, DualMatrix, LinsolveError, Real, SolveReport};
 
 use crate::assemble::MassEvaluation;
 use crate::{Ledger, Term};
@@ -37,9 +37,14 @@ pub struct Evaluation<'a> {
     pub mass: Option<MassEvaluation<'a>>,
 }
 
-/// The matrix `A = M + dt² (∂²E/∂q² + contact)` [kg] of one Newton iteration,
-/// together with its linear solver: the seam at which storage, precision,
-/// preconditioner and solver are swapped.
+/// The matrix of one Newton iteration,
+///
+/// ```text
+/// A = M + dt² (∂²E/∂q² + K_contact)     [kg]
+/// ```
+/// with all derivatives with respect to the unknowns at the end of the step, so
+/// that damping counts too, together with its linear solver: the seam at which
+/// storage, precision, preconditioner and solver are swapped.
 pub trait NewtonSystem: Send {
     /// Storage, precision and solver in words, for reports.
     fn name(&self) -> String;
@@ -50,7 +55,8 @@ pub trait NewtonSystem: Send {
         false
     }
 
-    /// Adds `−dt ∂E/∂q` [N·s], and the part of inertia that couples unknowns, to `impulse` and writes each term's energy [J].
+    /// Adds `−dt ∂E/∂q` [N·s], and the part of inertia that couples unknowns,
+    /// to `impulse` and writes each term's energy [J].
     fn add_impulse(
         &mut self,
         at: &Evaluation<'_>,
@@ -109,23 +115,4 @@ fn add_contacts<T: Real>(matrix: &mut DualMatrix<T>, contacts: &ContactResponse,
         &contacts.curvature,
         dt2,
     );
-}
-
-/// Solves from zero, with a filter where there is one.
-fn solve_from_zero<T: Real>(
-    solver: &mut dyn LinearSolver<T>,
-    a: &dyn ExplicitOperator<T>,
-    b: &[f64],
-    filter: Option<&BlockFilter>,
-    x: &mut [f64],
-) -> Result<SolveReport, LinsolveError>
-where
-    BlockFilter: Filter<T>,
-    NoFilter: Filter<T>,
-{
-    x.fill(0.0);
-    match filter {
-        Some(filter) => solver.solve(a, b, filter, x),
-        None => solver.solve(a, b, &NoFilter, x),
-    }
 }

@@ -31,7 +31,8 @@ pub struct ElementGroup<'a> {
 /// matrix would have added up.
 ///
 /// For preconditioners the diagonal blocks of nodes (a point with its scalars)
-/// are summed as well; other blocks cannot be read.
+/// are summed as well; other blocks come in parts, stencil by stencil
+/// ([`visit_lower`](ExplicitOperator::visit_lower)).
 #[derive(Debug, Clone)]
 pub struct ElementMatrix<T: Real> {
     /// `D` on the points: masses, and contacts with bodies and among points.

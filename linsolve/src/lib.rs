@@ -3,7 +3,8 @@
 //! Unknowns are *points* (3-vectors) followed by scalars. A matrix is a
 //! [`Bsr`] of 3×3 blocks on a fixed [`Pattern`], optionally with
 //! [`WeightedBlocks`] that change their pattern from solve to solve
-//! ([`DualMatrix`]). Solvers see any [`ExplicitOperator`], a [`Filter`] with
+//! ([`DualMatrix`]) and scalars at its border ([`BorderedMatrix`]); an
+//! [`ElementMatrix`] is never put together. Solvers see any [`ExplicitOperator`], a [`Filter`] with
 //! the motions that constraints allow, and `f64` vectors; inside they work in
 //! `f32` or `f64` ([`Real`]).
 //!

@@ -10,9 +10,11 @@ pub enum SolveStatus {
     Converged,
     /// The limit of iterations came first.
     IterationLimit,
-    /// A direction with `pᵀAp ≤ 0`: the matrix is not positive definite.
+    /// A direction `p` with `pᵀAp ≤ 0`: the matrix is not positive definite.
     NegativeCurvature,
-    /// The residual grew 10⁴ times or is not finite.
+    /// The residual grew too far
+    /// ([`MpcgSettings::divergence`](crate::MpcgSettings::divergence)) or is not
+    /// finite.
     Diverged,
     /// The true residual does not meet the tolerance, and restarting from it no
     /// longer helps: the precision is exhausted. The best iterate is returned.

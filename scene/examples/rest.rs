@@ -1,31 +1,24 @@
 //! How a scene comes to rest, iteration by iteration.
 //! `cargo run -p selvedge-scene --example rest SCENE [key=value]...`
 
+mod common;
+
 use std::error::Error;
 use std::time::Instant;
 
 use selvedge_integrator::Outcome;
-use selvedge_scene::build::BuiltScene;
-use selvedge_scene::file;
 use selvedge_scene::file::model::ClothShape;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let scene = arguments.next().ok_or("a scene is needed")?;
-    let mut overrides: Vec<(String, String)> = arguments
-        .filter_map(|a| a.split_once('=').map(|(k, v)| (k.into(), v.into())))
-        .collect();
+    let mut overrides = common::overrides(arguments);
     if !overrides.iter().any(|(k, _)| k == "integrator.kind") {
         overrides.push(("integrator.kind".into(), "static".into()));
     }
-    let told = |findings: selvedge_scene::diagnostic::Diagnostics| {
-        let all = findings.findings().iter().map(ToString::to_string);
-        all.collect::<Vec<_>>().join("\n")
-    };
-    let parsed = file::read(scene.as_ref(), &overrides).map_err(told)?;
-    let built = BuiltScene::new(parsed).map_err(told)?;
+    let built = common::build(&scene, &overrides)?;
     let made = built.simulation(built.geometry.start(), &built.drape_stage());
-    let mut simulation = made.map_err(told)?.simulation;
+    let mut simulation = made.map_err(common::told)?.simulation;
     let clock = Instant::now();
     println!("step  newton  cg  halved  projected  force [N]  at point  h [s]  energy [J]");
     let mut last = None;

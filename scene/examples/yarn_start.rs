@@ -1,25 +1,18 @@
 //! What the yarns of a scene are like before the first step: counts, strains,
 //! turns, stretch energy. `cargo run --example yarn_start SCENE [key=value]...`
 
+mod common;
+
 use std::error::Error;
 
-use selvedge_scene::build::BuiltScene;
-use selvedge_scene::file;
 use selvedge_yarn_model::{NONE, YarnNetwork};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let scene = arguments.next().ok_or("a scene is needed")?;
-    let overrides: Vec<(String, String)> = arguments
-        .filter_map(|a| a.split_once('=').map(|(k, v)| (k.into(), v.into())))
-        .collect();
-    let told = |findings: selvedge_scene::diagnostic::Diagnostics| {
-        let all = findings.findings().iter().map(ToString::to_string);
-        all.collect::<Vec<_>>().join("\n")
-    };
-    let parsed = file::read(scene.as_ref(), &overrides).map_err(told)?;
+    let overrides = common::overrides(arguments);
     let clock = std::time::Instant::now();
-    let built = BuiltScene::new(parsed).map_err(told)?;
+    let built = common::build(&scene, &overrides)?;
     let yarns = built.geometry.yarns.as_ref().ok_or("no yarns")?;
     let n = &yarns.network;
     println!(

@@ -21,7 +21,7 @@ use crate::summary::Status;
 /// `assemble.coarsest`.
 fn applies(scene: &SceneFile) -> bool {
     let edges = scene.cloth.iter().map(|c| {
-        c.is_pattern()
+        c.is_sewn()
             .then(|| c.edge_length().unwrap_or(scene.mesh.edge_length))
     });
     // Halving a length is exact but for its last digit.

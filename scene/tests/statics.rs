@@ -1,33 +1,11 @@
 //! `integrator.kind = "static"`: cloth of triangles and of yarns brought to rest
 //! without motion.
 
+mod text;
+
 use selvedge_integrator::{EndReason, Outcome, Simulation};
 use selvedge_scene::build::BuiltScene;
-use selvedge_scene::file;
-
-fn build(text: &str, overrides: &[(&str, &str)]) -> Result<BuiltScene, String> {
-    let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
-    let path = folder.path().join("statics.toml");
-    std::fs::write(&path, text).map_err(|e| e.to_string())?;
-    let overrides: Vec<(String, String)> = overrides
-        .iter()
-        .map(|(k, v)| ((*k).to_owned(), (*v).to_owned()))
-        .collect();
-    let told = |findings: selvedge_scene::diagnostic::Diagnostics| {
-        let all = findings.findings().iter().map(ToString::to_string);
-        all.collect::<Vec<_>>().join("\n")
-    };
-    let parsed = file::read(&path, &overrides).map_err(told)?;
-    BuiltScene::new(parsed).map_err(told)
-}
-
-fn simulation(built: &BuiltScene) -> Simulation {
-    let made = built.simulation(built.geometry.start(), &built.drape_stage());
-    match made {
-        Ok(made) => made.simulation,
-        Err(findings) => panic!("{:?}", findings.findings()[0].to_string()),
-    }
-}
+use text::{build, simulation};
 
 /// What a run ended with.
 struct Rested {
@@ -46,6 +24,13 @@ impl Rested {
             .geometry
             .flat_to_scene(&self.simulation.state().q);
         q.as_chunks::<3>().0.to_vec()
+    }
+
+    /// From the lowest to the highest point [m].
+    fn height(&self) -> f64 {
+        let y: Vec<f64> = self.points().iter().map(|p| p[1]).collect();
+        let low = y.iter().copied().fold(f64::INFINITY, f64::min);
+        y.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low
     }
 }
 
@@ -98,13 +83,7 @@ fn a_strip_hangs() {
         s -= (0.5 * k * (s * s * s - s) - w) / (0.5 * k * (3.0 * s * s - 1.0));
     }
     let exact = k / (2.0 * w) * (0.75 * (s.powi(4) - 1.0) - 0.5 * (s * s - 1.0));
-    let points = r.points();
-    let low = points.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
-    let high = points
-        .iter()
-        .map(|p| p[1])
-        .fold(f64::NEG_INFINITY, f64::max);
-    let (found, foreseen) = (high - low - 1.0, exact - 1.0);
+    let (found, foreseen) = (r.height() - 1.0, exact - 1.0);
     println!("elongation {found:.6} m, closed form {foreseen:.6} m");
     assert!((found / foreseen - 1.0).abs() < 2e-3, "{found} {foreseen}");
 }
@@ -129,14 +108,9 @@ fn a_strip_sags() {
     }
     let (h, s) = (0.5 * (low + high), 0.5 * length);
     let exact = w * s * s / (2.0 * k) + h / w * ((1.0 + (w * s / h).powi(2)).sqrt() - 1.0);
-    let points = r.points();
-    let low = points.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
-    let high = points
-        .iter()
-        .map(|p| p[1])
-        .fold(f64::NEG_INFINITY, f64::max);
-    println!("sag {:.6} m, closed form {exact:.6} m", high - low);
-    assert!(((high - low) / exact - 1.0).abs() < 5e-3);
+    let sag = r.height();
+    println!("sag {sag:.6} m, closed form {exact:.6} m");
+    assert!((sag / exact - 1.0).abs() < 5e-3);
 }
 
 /// A strip that hangs over and lies on a floor: where motion with damping ends,

@@ -1,32 +1,10 @@
 //! Cloth of yarns from the scene file to a simulation.
 
+mod text;
+
 use selvedge_integrator::{Outcome, Simulation};
 use selvedge_scene::build::BuiltScene;
-use selvedge_scene::file;
-
-fn build(text: &str, overrides: &[(&str, &str)]) -> Result<BuiltScene, String> {
-    let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
-    let path = folder.path().join("yarns.toml");
-    std::fs::write(&path, text).map_err(|e| e.to_string())?;
-    let overrides: Vec<(String, String)> = overrides
-        .iter()
-        .map(|(k, v)| ((*k).to_owned(), (*v).to_owned()))
-        .collect();
-    let told = |findings: selvedge_scene::diagnostic::Diagnostics| {
-        let all = findings.findings().iter().map(ToString::to_string);
-        all.collect::<Vec<_>>().join("\n")
-    };
-    let parsed = file::read(&path, &overrides).map_err(told)?;
-    BuiltScene::new(parsed).map_err(told)
-}
-
-fn simulation(built: &BuiltScene) -> Simulation {
-    let made = built.simulation(built.geometry.start(), &built.drape_stage());
-    match made {
-        Ok(made) => made.simulation,
-        Err(findings) => panic!("{} findings", findings.findings().len()),
-    }
-}
+use text::{build, simulation};
 
 fn run(built: &BuiltScene, steps: usize, threads: usize) -> Simulation {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();

@@ -1,15 +1,16 @@
 //! Local matrices kept stencil by stencil.
 
 use std::ops::Range;
+use std::sync::Arc;
 use std::time::Instant;
 
-use selvedge_energy::{Curvature, EvalPoint};
+use selvedge_energy::Curvature;
 use selvedge_linsolve::{BorderPattern, ElementMatrix, Real, SharedValues};
 
-use super::Assembler;
-use super::mixed::{LocalMatrices, MassEvaluation, MixedWork, SlotsOf, Stencils};
+use super::work::{LocalMatrices, MatrixWork, Stencils};
+use super::{Assembler, AssemblyOptions, MassEvaluation};
 use crate::sink::{Shared, Sink};
-use crate::{Ledger, Term};
+use crate::{Evaluation, Ledger};
 
 /// Triangles of the stencils, and the blocks of nodes that they add up to.
 #[derive(Clone)]
@@ -17,18 +18,11 @@ struct Elements<'a, T: Real> {
     triangles: SharedValues<'a, T>,
     /// Blocks of points, couplings with owners, scalars of one owner.
     diagonal: [Shared<'a, T>; 3],
-    border: &'a BorderPattern,
+    border: Arc<BorderPattern>,
 }
 
 impl<T: Real> LocalMatrices<T> for Elements<'_, T> {
-    fn add(
-        &mut self,
-        stencils: &impl Stencils,
-        _: Option<SlotsOf<'_>>,
-        range: Range<usize>,
-        local: &[f64],
-        scale: f64,
-    ) {
+    fn add(&mut self, stencils: &impl Stencils, range: Range<usize>, local: &[f64], scale: f64) {
         let dims = stencils.dims();
         let m: usize = dims.iter().sum();
         let packed = m * (m + 1) / 2;
@@ -45,7 +39,16 @@ impl<T: Real> LocalMatrices<T> for Elements<'_, T> {
     }
 }
 
-impl<T: Real> Elements<'_, T> {
+impl<'a, T: Real> Elements<'a, T> {
+    fn new(matrix: &'a mut ElementMatrix<T>, group: usize, options: AssemblyOptions) -> Self {
+        let values = matrix.values_mut(group);
+        Self {
+            triangles: SharedValues::new(values.triangles),
+            diagonal: [values.blocks, values.coupling, values.scalars].map(|v| options.shared(v)),
+            border: values.border,
+        }
+    }
+
     fn add_diagonal(&mut self, nodes: &[u32], dims: &[usize], h: &[f64], scale: f64) {
         let m: usize = dims.iter().sum();
         let [blocks, coupling, scalars] = &mut self.diagonal;
@@ -81,44 +84,26 @@ impl<T: Real> Elements<'_, T> {
 impl Assembler {
     /// As [`add_mixed`](Self::add_mixed), stencil by stencil; group `k` of the
     /// matrix is term `k`.
-    #[allow(clippy::too_many_arguments)]
     pub(crate) fn add_elements<T: Real>(
         &mut self,
-        terms: &[Term],
-        at: &EvalPoint<'_>,
+        e: &Evaluation<'_>,
         curvature: Curvature,
-        stiffness: f64,
         matrix: &mut ElementMatrix<T>,
         impulse: &mut [f64],
         energies: &mut [f64],
         ledger: &mut Ledger,
     ) {
         let options = self.options;
-        let all = terms.iter().zip(&mut self.schedules).zip(energies);
-        for (k, ((term, schedule), energy)) in all.enumerate() {
+        self.each_term(e, energies, |k, forces, schedule| {
             let start = Instant::now();
-            let factor = if term.relaxed { stiffness } else { 1.0 };
-            let work = MixedWork {
-                batch: term.batch.as_ref(),
-                at,
-                curvature,
-                factor,
-                slots: None,
-            };
-            let values = matrix.values_mut(k);
-            let elements = Elements {
-                triangles: SharedValues::new(values.triangles),
-                diagonal: [values.blocks, values.coupling, values.scalars]
-                    .map(|v| options.shared(v)),
-                border: &values.border,
-            };
+            let work = MatrixWork { forces, curvature };
             let out = options.shared(impulse);
+            let elements = Elements::new(matrix, k, options);
             schedule.run(|range, scratch| {
                 work.run(range, scratch, &mut out.clone(), &mut elements.clone())
             });
-            *energy = factor * schedule.sum();
-            ledger.time_term("assembly", term.batch.name(), start.elapsed());
-        }
+            ledger.time_term("assembly", work.forces.batch.name(), start.elapsed());
+        });
     }
 
     /// As [`add_mass`](Self::add_mass), stencil by stencil, to the matrix' last
@@ -129,24 +114,16 @@ impl Assembler {
         impulse: &mut [f64],
         matrix: &mut ElementMatrix<T>,
         ledger: &mut Ledger,
-    ) -> f64 {
+    ) {
         let Some(schedule) = &mut self.mass else {
-            return 0.0;
+            return;
         };
         let start = Instant::now();
-        let values = matrix.values_mut(self.schedules.len());
-        let elements = Elements {
-            triangles: SharedValues::new(values.triangles),
-            diagonal: [values.blocks, values.coupling, values.scalars]
-                .map(|v| self.options.shared(v)),
-            border: &values.border,
-        };
         let out = self.options.shared(impulse);
+        let elements = Elements::new(matrix, self.schedules.len(), self.options);
         schedule.run(|range, scratch| {
-            let elements = &mut elements.clone();
-            mass.run(None, range, scratch, &mut out.clone(), Some(elements))
+            mass.run(range, scratch, &mut out.clone(), &mut elements.clone())
         });
         ledger.book("assembly: inertia", start.elapsed());
-        schedule.sum()
     }
 }

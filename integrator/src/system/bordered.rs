@@ -3,21 +3,17 @@ use std::sync::Arc;
 use selvedge_collision::ContactResponse;
 use selvedge_energy::{Curvature, MassBatch};
 use selvedge_linsolve::{
-    BlockFilter, BorderPattern, BorderedMatrix, Bsr, Filter, LinearSolver, LinsolveError, NoFilter,
-    Pattern, Real, SolveReport,
+    BorderPattern, BorderedMatrix, Bsr, ExplicitOperator, LinearSolver, Pattern, Real,
 };
 
-use super::{Evaluation, NewtonSystem, add_contacts, solve_from_zero};
+use super::{Evaluation, Storage, StoredSystem, add_contacts};
 use crate::assemble::{Assembler, Patterns, Values};
+use crate::plan::check_stencils;
 use crate::{AssemblyOptions, Ledger, PlanError, Term};
 
 /// Points and scalars: a static matrix with slots found once, contacts kept
 /// apart, and inertia that may couple unknowns.
-pub struct BorderedSystem<T: Real> {
-    assembler: Assembler,
-    matrix: BorderedMatrix<T>,
-    solver: Box<dyn LinearSolver<T>>,
-}
+pub type BorderedSystem<T> = StoredSystem<BorderedMatrix<T>>;
 
 impl<T: Real> BorderedSystem<T> {
     /// Builds the patterns from the stencils of terms and inertia; `owners`
@@ -34,43 +30,21 @@ impl<T: Real> BorderedSystem<T> {
         options: AssemblyOptions,
         solver: Box<dyn LinearSolver<T>>,
     ) -> Result<Self, PlanError> {
-        if !owners.is_sorted() || owners.last().is_some_and(|&p| p as usize >= points) {
-            return Err(PlanError::Owners { points });
+        check_stencils(points, owners, terms, mass)?;
+        let of_terms = terms.iter().flat_map(|t| {
+            let batch = t.batch.as_ref();
+            (0..batch.len()).map(move |e| (batch.nodes(e), batch.node_dims()))
+        });
+        let of_mass = mass.into_iter();
+        let of_mass = of_mass.flat_map(|m| (0..m.len()).map(move |e| (m.nodes(e), m.node_dims())));
+        let groups: Vec<(&[u32], &[usize])> = of_terms.chain(of_mass).collect();
+        let (mut nodes, mut ends) = (Vec::new(), vec![0]);
+        for (group, dims) in &groups {
+            let of_points = group.iter().zip(*dims).filter(|(_, dim)| **dim == 3);
+            nodes.extend(of_points.map(|(node, _)| *node));
+            ends.push(nodes.len());
         }
-        let counts = |dim: usize| if dim == 3 { points } else { owners.len() };
-        let mut of_points: Vec<u32> = Vec::new();
-        let mut ends = vec![0];
-        let mut groups: Vec<(&[u32], &[usize])> = Vec::new();
-        let mut add = |name: &str, e: usize, nodes, dims| {
-            for (&node, &dim) in std::iter::zip::<&[u32], &[usize]>(nodes, dims) {
-                if node as usize >= counts(dim) {
-                    return Err(PlanError::Node {
-                        term: name.into(),
-                        stencil: e,
-                        node,
-                        count: counts(dim),
-                    });
-                }
-                if dim == 3 {
-                    of_points.push(node);
-                }
-            }
-            ends.push(of_points.len());
-            groups.push((nodes, dims));
-            Ok(())
-        };
-        for term in terms {
-            let batch = term.batch.as_ref();
-            for e in 0..batch.len() {
-                add(batch.name(), e, batch.nodes(e), batch.node_dims())?;
-            }
-        }
-        if let Some(mass) = mass {
-            for e in 0..mass.len() {
-                add(mass.name(), e, mass.nodes(e), mass.node_dims())?;
-            }
-        }
-        let of_points = ends.windows(2).map(|w| &of_points[w[0]..w[1]]);
+        let of_points = ends.windows(2).map(|w| &nodes[w[0]..w[1]]);
         let pattern = Arc::new(Pattern::from_groups(points, of_points));
         let border = BorderPattern::from_groups(points, owners.to_vec(), groups.iter().copied());
         let patterns = Patterns {
@@ -79,48 +53,18 @@ impl<T: Real> BorderedSystem<T> {
         };
         let assembler = Assembler::mixed(terms, mass, (points, owners), Some(patterns), options)?;
         let matrix = BorderedMatrix::zeros(Bsr::zeros(pattern), Arc::new(border));
-        Ok(Self {
-            assembler,
-            matrix,
-            solver,
-        })
-    }
-
-    /// The matrix as last assembled.
-    pub fn matrix(&self) -> &BorderedMatrix<T> {
-        &self.matrix
+        Ok(Self::of(assembler, matrix, solver))
     }
 }
 
-impl<T: Real> NewtonSystem for BorderedSystem<T>
-where
-    BlockFilter: Filter<T>,
-    NoFilter: Filter<T>,
-{
-    fn name(&self) -> String {
-        format!("bordered {}, {}", T::NAME, self.solver.name())
-    }
-
-    fn couples_masses(&self) -> bool {
-        true
-    }
-
-    fn add_impulse(
-        &mut self,
-        e: &Evaluation<'_>,
-        impulse: &mut [f64],
-        energies: &mut [f64],
-        ledger: &mut Ledger,
-    ) {
-        if let Some(mass) = &e.mass {
-            self.assembler.add_mass::<T>(mass, impulse, None, ledger);
-        }
-        self.assembler
-            .add_impulse(e.terms, &e.at, e.stiffness, impulse, energies, ledger);
-    }
+impl<T: Real> Storage for BorderedMatrix<T> {
+    type Scalar = T;
+    const NAME: &'static str = "bordered";
+    const COUPLES_MASSES: bool = true;
 
     fn assemble(
         &mut self,
+        assembler: &mut Assembler,
         e: &Evaluation<'_>,
         curvature: Curvature,
         contacts: &ContactResponse,
@@ -128,67 +72,47 @@ where
         energies: &mut [f64],
         ledger: &mut Ledger,
     ) {
-        let matrix = &mut self.matrix;
-        ledger.time("assembly: zero", || matrix.fill_zero());
-        let border = Arc::clone(matrix.border());
-        let points = Arc::clone(matrix.points.stat.pattern());
+        ledger.time("assembly: zero", || self.fill_zero());
+        let border = Arc::clone(self.border());
+        let points = Arc::clone(self.points.stat.pattern());
         let patterns = Patterns {
             points: &points,
             border: &border,
         };
         if let Some(mass) = &e.mass {
-            let values = Some((patterns, values(matrix)));
-            self.assembler.add_mass(mass, impulse, values, ledger);
+            let values = (patterns, values(self));
+            assembler.add_mass(mass, impulse, values, ledger);
         } else {
             for (i, &m) in e.masses.iter().enumerate() {
-                matrix.points.stat.add_diagonal(i, m);
+                self.points.stat.add_diagonal(i, m);
             }
-            let scalars = values(matrix).scalars;
+            let scalars = values(self).scalars;
             for (s, &m) in e.scalar_masses.iter().enumerate() {
                 if let Some(slot) = border.scalar_slot(s as u32, s as u32) {
                     scalars[slot as usize] += T::from_f64(m);
                 }
             }
         }
-        self.assembler.add_mixed(
-            e.terms,
-            &e.at,
+        assembler.add_mixed(
+            e,
             curvature,
-            e.stiffness,
-            (patterns, values(matrix)),
+            (patterns, values(self)),
             impulse,
             energies,
             ledger,
         );
         let dt2 = e.at.dt * e.at.dt;
         ledger.time("assembly: contact", || {
-            add_contacts(&mut matrix.points, contacts, dt2);
+            add_contacts(&mut self.points, contacts, dt2);
         });
     }
 
-    fn solve(
-        &mut self,
-        b: &[f64],
-        filter: Option<&BlockFilter>,
-        x: &mut [f64],
-    ) -> Result<SolveReport, LinsolveError> {
-        solve_from_zero(self.solver.as_mut(), &self.matrix, b, filter, x)
-    }
-
-    fn set_tolerance(&mut self, relative: f64) {
-        self.solver.set_tolerance(relative);
+    fn operator(&self) -> &dyn ExplicitOperator<T> {
+        self
     }
 
     fn heap_bytes(&self) -> usize {
-        self.memory().iter().map(|(_, bytes)| bytes).sum()
-    }
-
-    fn memory(&self) -> Vec<(&'static str, usize)> {
-        vec![
-            ("slots and chunks", self.assembler.heap_bytes()),
-            ("matrix", self.matrix.heap_bytes()),
-            ("linear solver", self.solver.heap_bytes()),
-        ]
+        self.heap_bytes()
     }
 }
 

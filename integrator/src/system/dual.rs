@@ -2,22 +2,21 @@ use std::sync::Arc;
 
 use selvedge_collision::ContactResponse;
 use selvedge_energy::Curvature;
-use selvedge_linsolve::{
-    BlockFilter, Bsr, DualMatrix, Filter, LinearSolver, LinsolveError, Mirror, NoFilter, Pattern,
-    Real, SolveReport,
-};
+use selvedge_linsolve::{Bsr, DualMatrix, ExplicitOperator, LinearSolver, Mirror, Pattern, Real};
 
-use super::{Evaluation, NewtonSystem, add_contacts, solve_from_zero};
+use super::{Evaluation, Storage, StoredSystem, add_contacts};
 use crate::assemble::Assembler;
 use crate::{AssemblyOptions, Ledger, PlanError, Term};
 
 /// Static matrix with slots found once, and contacts kept apart
 /// [Pizana2025, § 4.1].
-pub struct DualSystem<T: Real> {
-    assembler: Assembler,
-    mirror: Mirror,
+pub type DualSystem<T> = StoredSystem<Mirrored<T>>;
+
+/// The matrix of a [`DualSystem`], and what copies its lower half to the upper
+/// one.
+pub struct Mirrored<T: Real> {
     matrix: DualMatrix<T>,
-    solver: Box<dyn LinearSolver<T>>,
+    mirror: Mirror,
 }
 
 impl<T: Real> DualSystem<T> {
@@ -39,42 +38,18 @@ impl<T: Real> DualSystem<T> {
         let assembler = Assembler::new(points, terms, Some(&pattern), options)?;
         let mirror = Mirror::new(&pattern);
         let matrix = DualMatrix::new(Bsr::zeros(pattern));
-        Ok(Self {
-            assembler,
-            mirror,
-            matrix,
-            solver,
-        })
-    }
-
-    /// The matrix as last assembled.
-    pub fn matrix(&self) -> &DualMatrix<T> {
-        &self.matrix
+        Ok(Self::of(assembler, Mirrored { matrix, mirror }, solver))
     }
 }
 
-impl<T: Real> NewtonSystem for DualSystem<T>
-where
-    BlockFilter: Filter<T>,
-    NoFilter: Filter<T>,
-{
-    fn name(&self) -> String {
-        format!("dual {}, {}", T::NAME, self.solver.name())
-    }
-
-    fn add_impulse(
-        &mut self,
-        e: &Evaluation<'_>,
-        impulse: &mut [f64],
-        energies: &mut [f64],
-        ledger: &mut Ledger,
-    ) {
-        self.assembler
-            .add_impulse(e.terms, &e.at, e.stiffness, impulse, energies, ledger);
-    }
+impl<T: Real> Storage for Mirrored<T> {
+    type Scalar = T;
+    const NAME: &'static str = "dual";
+    const COUPLES_MASSES: bool = false;
 
     fn assemble(
         &mut self,
+        assembler: &mut Assembler,
         e: &Evaluation<'_>,
         curvature: Curvature,
         contacts: &ContactResponse,
@@ -85,11 +60,9 @@ where
         let stat = &mut self.matrix.stat;
         ledger.time("assembly: zero", || stat.fill_zero());
         let pattern = stat.pattern().clone();
-        self.assembler.add_matrix(
-            e.terms,
-            &e.at,
+        assembler.add_matrix(
+            e,
             curvature,
-            e.stiffness,
             (&pattern, stat.values_mut()),
             impulse,
             energies,
@@ -106,23 +79,11 @@ where
         });
     }
 
-    fn solve(
-        &mut self,
-        b: &[f64],
-        filter: Option<&BlockFilter>,
-        x: &mut [f64],
-    ) -> Result<SolveReport, LinsolveError> {
-        solve_from_zero(self.solver.as_mut(), &self.matrix, b, filter, x)
-    }
-
-    fn set_tolerance(&mut self, relative: f64) {
-        self.solver.set_tolerance(relative);
+    fn operator(&self) -> &dyn ExplicitOperator<T> {
+        &self.matrix
     }
 
     fn heap_bytes(&self) -> usize {
-        self.assembler.heap_bytes()
-            + self.mirror.heap_bytes()
-            + self.matrix.heap_bytes()
-            + self.solver.heap_bytes()
+        self.matrix.heap_bytes() + self.mirror.heap_bytes()
     }
 }

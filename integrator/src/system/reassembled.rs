@@ -1,21 +1,14 @@
 use selvedge_collision::ContactResponse;
 use selvedge_energy::{Curvature, EnergyBatch};
-use selvedge_linsolve::{
-    BlockFilter, Filter, LinearSolver, LinsolveError, NoFilter, Real, ReassembledMatrix,
-    SolveReport,
-};
+use selvedge_linsolve::{ExplicitOperator, LinearSolver, Real, ReassembledMatrix};
 
-use super::{Evaluation, NewtonSystem, solve_from_zero};
+use super::{Evaluation, Storage, StoredSystem};
 use crate::assemble::Assembler;
 use crate::{AssemblyOptions, Ledger, PlanError, Term};
 
 /// Everything gathered as triplets and compressed anew in every iteration: the
 /// baseline that [`DualSystem`](super::DualSystem) is measured against.
-pub struct ReassembledSystem<T: Real> {
-    assembler: Assembler,
-    matrix: ReassembledMatrix<T>,
-    solver: Box<dyn LinearSolver<T>>,
-}
+pub type ReassembledSystem<T> = StoredSystem<ReassembledMatrix<T>>;
 
 impl<T: Real> ReassembledSystem<T> {
     /// Prepares the evaluation of the terms; no pattern is kept.
@@ -29,36 +22,18 @@ impl<T: Real> ReassembledSystem<T> {
         solver: Box<dyn LinearSolver<T>>,
     ) -> Result<Self, PlanError> {
         let assembler = Assembler::new(points, terms, None, options)?;
-        Ok(Self {
-            assembler,
-            matrix: ReassembledMatrix::new(points),
-            solver,
-        })
+        Ok(Self::of(assembler, ReassembledMatrix::new(points), solver))
     }
 }
 
-impl<T: Real> NewtonSystem for ReassembledSystem<T>
-where
-    BlockFilter: Filter<T>,
-    NoFilter: Filter<T>,
-{
-    fn name(&self) -> String {
-        format!("reassembled {}, {}", T::NAME, self.solver.name())
-    }
-
-    fn add_impulse(
-        &mut self,
-        e: &Evaluation<'_>,
-        impulse: &mut [f64],
-        energies: &mut [f64],
-        ledger: &mut Ledger,
-    ) {
-        self.assembler
-            .add_impulse(e.terms, &e.at, e.stiffness, impulse, energies, ledger);
-    }
+impl<T: Real> Storage for ReassembledMatrix<T> {
+    type Scalar = T;
+    const NAME: &'static str = "reassembled";
+    const COUPLES_MASSES: bool = false;
 
     fn assemble(
         &mut self,
+        assembler: &mut Assembler,
         e: &Evaluation<'_>,
         curvature: Curvature,
         contacts: &ContactResponse,
@@ -66,26 +41,22 @@ where
         energies: &mut [f64],
         ledger: &mut Ledger,
     ) {
-        self.assembler
-            .add_impulse(e.terms, &e.at, e.stiffness, impulse, energies, ledger);
-        let matrix = &mut self.matrix;
-        matrix.clear();
+        assembler.add_impulse(e, impulse, energies, ledger);
+        self.clear();
         for (i, &m) in e.masses.iter().enumerate() {
             let block = [[m, 0.0, 0.0], [0.0, m, 0.0], [0.0, 0.0, m]];
-            matrix.push_block(i, i, &block);
+            self.push_block(i, i, &block);
         }
         let dt2 = e.at.dt * e.at.dt;
         for term in e.terms {
             let factor = if term.relaxed { e.stiffness } else { 1.0 };
             let batch = term.batch.as_ref();
             let name = format!("assembly: {}", batch.name());
-            ledger.time(&name, || {
-                push_term(batch, e, curvature, dt2 * factor, matrix)
-            });
+            ledger.time(&name, || push_term(batch, e, curvature, dt2 * factor, self));
         }
         ledger.time("assembly: contact", || {
             for (&i, k) in contacts.body_nodes.iter().zip(&contacts.body_curvature) {
-                matrix.push_block(i as usize, i as usize, &scaled(k, dt2));
+                self.push_block(i as usize, i as usize, &scaled(k, dt2));
             }
             let all = contacts
                 .nodes
@@ -97,7 +68,7 @@ where
                     for b in 0..4 {
                         let w = weights[a] * weights[b];
                         if w != 0.0 {
-                            matrix.push_block(
+                            self.push_block(
                                 nodes[a] as usize,
                                 nodes[b] as usize,
                                 &scaled(k, dt2 * w),
@@ -107,24 +78,15 @@ where
                 }
             }
         });
-        ledger.time("assembly: compress", || matrix.compress());
+        ledger.time("assembly: compress", || self.compress());
     }
 
-    fn solve(
-        &mut self,
-        b: &[f64],
-        filter: Option<&BlockFilter>,
-        x: &mut [f64],
-    ) -> Result<SolveReport, LinsolveError> {
-        solve_from_zero(self.solver.as_mut(), &self.matrix, b, filter, x)
-    }
-
-    fn set_tolerance(&mut self, relative: f64) {
-        self.solver.set_tolerance(relative);
+    fn operator(&self) -> &dyn ExplicitOperator<T> {
+        self
     }
 
     fn heap_bytes(&self) -> usize {
-        self.assembler.heap_bytes() + self.matrix.heap_bytes() + self.solver.heap_bytes()
+        self.heap_bytes()
     }
 }
 

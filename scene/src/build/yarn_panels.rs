@@ -43,27 +43,9 @@ pub(super) fn network(
         None => Ok(own.clone()),
     };
     let (set, fill, what, options): (PanelSet, Fill<'_>, _, _) = match &cloth.shape {
-        ClothShape::KnitMesh {
-            chart,
-            yarn: name,
-            seam_yarn,
-            seam_slack,
-            course_pitch,
-            wale_pitch,
-            rest_shape,
-            ..
-        }
-        | ClothShape::KnitPattern {
-            chart,
-            yarn: name,
-            seam_yarn,
-            seam_slack,
-            course_pitch,
-            wale_pitch,
-            rest_shape,
-            ..
-        } => {
-            let own = yarn("yarn", name)?;
+        ClothShape::KnitMesh { knit, .. } | ClothShape::KnitPattern { knit, .. } => {
+            let own = yarn("yarn", &knit.yarn)?;
+            let chart = &knit.chart;
             let pattern = match pattern_named(parsed, chart).map_err(|m| fail("chart", m))? {
                 Construction::Pattern(pattern) => pattern,
                 Construction::Chart(_) => {
@@ -71,13 +53,13 @@ pub(super) fn network(
                     return Err(fail("chart", message));
                 }
             };
-            let mut loops = knit_options(own.clone(), *course_pitch, *wale_pitch);
-            if *rest_shape == RestShape::Relaxed {
+            let mut loops = knit_options(own.clone(), knit.course_pitch, knit.wale_pitch);
+            if knit.rest_shape == RestShape::Relaxed {
                 let of = relaxed_options(parsed, chart, &loops);
                 loops = of.map_err(|m| fail("rest_shape", m))?;
             }
             let (course, row) = (loops.template.course, loops.template.row);
-            let material = seam(seam_yarn, &own)?;
+            let material = seam(&knit.seam_yarn, &own)?;
             let set = match &cloth.shape {
                 ClothShape::KnitMesh {
                     file, scale, grain, ..
@@ -93,7 +75,7 @@ pub(super) fn network(
             let options = SewingOptions {
                 material,
                 pitch: 0.5 * course,
-                slack: *seam_slack,
+                slack: knit.seam_slack,
                 reach: REACH * course.max(row),
             };
             let fill = move |outline: &Outline| {

@@ -2,9 +2,12 @@
 
 mod body;
 mod cloth;
+mod contact;
 mod fabric;
 mod hold;
 mod settings;
+mod stepping;
+mod system;
 mod trim;
 mod watchdog;
 mod yarn;
@@ -66,33 +69,33 @@ pub(crate) static SCENE: Table = Table::new(
         key("mesh", Sub(&settings::MESH), "{}", "Triangulation."),
         key(
             "contact",
-            Sub(&settings::CONTACT),
+            Sub(&contact::CONTACT),
             "{}",
             "Contact and friction.",
         ),
         key("damping", Sub(&settings::DAMPING), "{}", "Dissipation."),
         key(
             "integrator",
-            Sub(&settings::INTEGRATOR),
+            Sub(&stepping::INTEGRATOR),
             "{}",
             "Time stepping and Newton's method.",
         ),
         key(
             "relaxation",
-            Sub(&settings::RELAXATION),
+            Sub(&stepping::RELAXATION),
             "{}",
             "Gentle start: small steps without velocity while the fabric gains its stiffness.",
         ),
-        key("stop", Sub(&settings::STOP), "{}", "When to end early."),
+        key("stop", Sub(&stepping::STOP), "{}", "When to end early."),
         key(
             "solver",
-            Sub(&settings::SOLVER),
+            Sub(&system::SOLVER),
             "{}",
             "Linear systems of Newton's method.",
         ),
         key(
             "assembly",
-            Sub(&settings::ASSEMBLY),
+            Sub(&system::ASSEMBLY),
             "{}",
             "How forces and matrices are summed.",
         ),

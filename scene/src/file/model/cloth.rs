@@ -118,25 +118,9 @@ pub enum ClothShape {
         scale: f64,
         /// Texture coordinate along the wales.
         grain: Grain,
-        /// Built-in chart or chart file.
-        chart: String,
-        /// Name of its yarn.
-        yarn: String,
-        /// Name of the seams' yarn.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        seam_yarn: Option<String>,
-        /// Rest length of seams over that of the borders.
-        seam_slack: f64,
-        /// Distance of stitches in a row \[m\].
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        course_pitch: Option<f64>,
-        /// Distance of rows \[m\].
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        wale_pitch: Option<f64>,
-        /// Shape of the loops at the start.
-        rest_shape: RestShape,
-        /// Whether yarns slide.
-        sliding: bool,
+        /// How its panels are knitted.
+        #[serde(flatten)]
+        knit: PanelKnit,
     },
     /// A sewing pattern, draped as a shell and then knitted panel by panel.
     KnitPattern {
@@ -147,25 +131,9 @@ pub enum ClothShape {
         edge_length: Option<f64>,
         /// Longest time for which the shells drape \[s\].
         drape_time: f64,
-        /// Built-in chart or chart file.
-        chart: String,
-        /// Name of its yarn.
-        yarn: String,
-        /// Name of the seams' yarn.
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        seam_yarn: Option<String>,
-        /// Rest length of seams over that of the borders.
-        seam_slack: f64,
-        /// Distance of stitches in a row \[m\].
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        course_pitch: Option<f64>,
-        /// Distance of rows \[m\].
-        #[serde(default, skip_serializing_if = "Option::is_none")]
-        wale_pitch: Option<f64>,
-        /// Shape of the loops at the start.
-        rest_shape: RestShape,
-        /// Whether yarns slide.
-        sliding: bool,
+        /// How its panels are knitted.
+        #[serde(flatten)]
+        knit: PanelKnit,
     },
     /// A mesh file woven panel by panel.
     WovenMesh {
@@ -238,6 +206,30 @@ pub enum RestAngles {
     Shape,
 }
 
+/// How the panels of a mesh or a pattern are knitted.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PanelKnit {
+    /// Built-in chart or chart file.
+    pub chart: String,
+    /// Name of its yarn.
+    pub yarn: String,
+    /// Name of the seams' yarn.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub seam_yarn: Option<String>,
+    /// Rest length of seams over that of the borders.
+    pub seam_slack: f64,
+    /// Distance of stitches in a row \[m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub course_pitch: Option<f64>,
+    /// Distance of rows \[m\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub wale_pitch: Option<f64>,
+    /// Shape of the loops at the start.
+    pub rest_shape: RestShape,
+    /// Whether yarns slide.
+    pub sliding: bool,
+}
+
 /// Arrangement of a sheet's points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -249,7 +241,7 @@ pub enum Lattice {
 }
 
 impl Cloth {
-    /// Whether it is sewn from a pattern.
+    /// Whether it is a garment, sewn from a pattern.
     pub fn is_sewn(&self) -> bool {
         matches!(self.shape, ClothShape::Pattern { .. })
     }
@@ -261,12 +253,13 @@ impl Cloth {
 
     /// Whether its yarns slide, for cloth of yarns.
     pub fn slides(&self) -> Option<bool> {
-        match self.shape {
+        match &self.shape {
             ClothShape::Knit { sliding, .. }
             | ClothShape::Woven { sliding, .. }
-            | ClothShape::KnitMesh { sliding, .. }
-            | ClothShape::KnitPattern { sliding, .. }
-            | ClothShape::WovenMesh { sliding, .. } => Some(sliding),
+            | ClothShape::WovenMesh { sliding, .. } => Some(*sliding),
+            ClothShape::KnitMesh { knit, .. } | ClothShape::KnitPattern { knit, .. } => {
+                Some(knit.sliding)
+            }
             _ => None,
         }
     }
@@ -288,11 +281,6 @@ impl Cloth {
             _ => false,
         };
         self.layer > 0 || panels
-    }
-
-    /// Whether it is a garment, sewn from a pattern.
-    pub fn is_pattern(&self) -> bool {
-        matches!(self.shape, ClothShape::Pattern { .. })
     }
 
     /// Edge length that the cloth asks for itself \[m\].

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 pub use body::{Body, BodyShape, Part};
-pub use cloth::{Cloth, ClothShape, Grain, Lattice, MeshRest, RestAngles, RestShape};
+pub use cloth::{Cloth, ClothShape, Grain, Lattice, MeshRest, PanelKnit, RestAngles, RestShape};
 pub use fabric::{BendingEntry, FabricDamping, FabricEntry, MembraneEntry};
 pub use hold::{Attachment, Corner, Edge, Pin, PinKind, Select, YarnEnd};
 pub use motion::{DenseKey, Interpolation, Keyframe, Rotation, dense_keys};

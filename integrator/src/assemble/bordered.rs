@@ -1,11 +1,10 @@
-//! Stencils of points and scalars, and inertia that couples unknowns.
+//! Slots of stencils of points and scalars.
 
 use std::ops::Range;
 
-use selvedge_energy::{Curvature, EnergyBatch, EvalPoint, MassBatch, RatePoint};
 use selvedge_linsolve::{BorderPattern, Pattern, Real};
 
-use super::{BLOCK, blocks};
+use super::work::{LocalMatrices, Stencils};
 use crate::sink::Sink;
 
 /// Patterns of a matrix with scalars.
@@ -22,34 +21,9 @@ pub(crate) struct Values<'a, T> {
     pub(crate) scalars: &'a mut [T],
 }
 
-/// Nodes of stencils, whatever is evaluated on them.
-pub(crate) trait Stencils {
-    fn count(&self) -> usize;
-    fn dims(&self) -> &[usize];
-    fn stencil(&self, e: usize) -> &[u32];
-}
-
-impl Stencils for &dyn EnergyBatch {
-    fn count(&self) -> usize {
-        self.len()
-    }
-    fn dims(&self) -> &[usize] {
-        self.node_dims()
-    }
-    fn stencil(&self, e: usize) -> &[u32] {
-        self.nodes(e)
-    }
-}
-
-impl Stencils for &dyn MassBatch {
-    fn count(&self) -> usize {
-        self.len()
-    }
-    fn dims(&self) -> &[usize] {
-        self.node_dims()
-    }
-    fn stencil(&self, e: usize) -> &[u32] {
-        self.nodes(e)
+impl<T> Values<'_, T> {
+    pub(super) fn each_mut(&mut self) -> [&mut [T]; 3] {
+        [self.blocks, self.coupling, self.scalars]
     }
 }
 
@@ -70,13 +44,13 @@ pub(super) fn touched(stencils: &impl Stencils, owners: &[u32]) -> Vec<u32> {
     out
 }
 
-/// Slots of the pairs of every stencil in the order of [`LocalMatrices`]: points'
+/// Slots of the pairs of every stencil in the order of [`BorderedBlocks`]: points'
 /// blocks, couplings by rows of scalars, scalars' entries.
 ///
 /// A slot is kept as its distance from the first one of its row: one byte where
 /// all rows are that short.
 #[derive(Default)]
-pub(crate) struct Slots {
+pub(super) struct Slots {
     near: Vec<u8>,
     far: Vec<u32>,
 }
@@ -144,13 +118,6 @@ impl Patterns<'_> {
     }
 }
 
-/// Slots and the rows that they are counted in.
-#[derive(Clone, Copy)]
-pub(crate) struct SlotsOf<'a> {
-    pub(super) slots: &'a Slots,
-    pub(super) patterns: Patterns<'a>,
-}
-
 /// Slots that one stencil takes in [`Slots`].
 fn slots_each(dims: &[usize]) -> usize {
     let points = dims.iter().filter(|d| **d == 3).count();
@@ -158,57 +125,19 @@ fn slots_each(dims: &[usize]) -> usize {
     points * points + scalars * dims.len()
 }
 
-/// Adds `scale ·` local vectors of a range to a vector of unknowns.
-pub(super) fn add_local(
-    stencils: &impl Stencils,
-    points: usize,
-    range: Range<usize>,
-    local: &[f64],
-    scale: f64,
-    out: &mut impl Sink<f64>,
-) {
-    let dims = stencils.dims();
-    let mut rest = local;
-    for e in range {
-        for (&node, &dim) in stencils.stencil(e).iter().zip(dims) {
-            let (head, tail) = rest.split_at(dim);
-            if let &[x, y, z] = head {
-                out.add_point(node as usize, &[x, y, z], scale);
-            } else {
-                out.add_value(3 * points + node as usize, head[0], scale);
-            }
-            rest = tail;
-        }
-    }
+/// Points' blocks, couplings and scalars' entries of one matrix, with the slots
+/// of the stencils in them.
+#[derive(Clone)]
+pub(super) struct BorderedBlocks<'a, S> {
+    pub(super) patterns: Patterns<'a>,
+    pub(super) slots: &'a Slots,
+    pub(super) values: [S; 3],
 }
 
-/// Where local matrices go.
-pub(super) trait LocalMatrices<T: Real> {
-    /// Adds `scale ·` the local matrices of a range of stencils.
-    fn add(
-        &mut self,
-        stencils: &impl Stencils,
-        slots: Option<SlotsOf<'_>>,
-        range: Range<usize>,
-        local: &[f64],
-        scale: f64,
-    );
-}
-
-/// Points' blocks, couplings and scalars' entries of one matrix.
-impl<T: Real, S: Sink<T>> LocalMatrices<T> for [S; 3] {
-    fn add(
-        &mut self,
-        stencils: &impl Stencils,
-        slots: Option<SlotsOf<'_>>,
-        range: Range<usize>,
-        local: &[f64],
-        scale: f64,
-    ) {
-        let Some(SlotsOf { slots, patterns }) = slots else {
-            return;
-        };
-        let [blocks, coupling, scalars] = self;
+impl<T: Real, S: Sink<T>> LocalMatrices<T> for BorderedBlocks<'_, S> {
+    fn add(&mut self, stencils: &impl Stencils, range: Range<usize>, local: &[f64], scale: f64) {
+        let (patterns, slots) = (self.patterns, self.slots);
+        let [blocks, coupling, scalars] = &mut self.values;
         let dims = stencils.dims();
         let m: usize = dims.iter().sum();
         let each = slots_each(dims);
@@ -246,111 +175,6 @@ impl<T: Real, S: Sink<T>> LocalMatrices<T> for [S; 3] {
                 }
                 row += di;
             }
-        }
-    }
-}
-
-/// Gradients and second derivatives of an energy.
-pub(super) struct MixedWork<'a> {
-    pub(super) batch: &'a dyn EnergyBatch,
-    pub(super) at: &'a EvalPoint<'a>,
-    pub(super) curvature: Curvature,
-    pub(super) factor: f64,
-    pub(super) slots: Option<SlotsOf<'a>>,
-}
-
-impl MixedWork<'_> {
-    pub(super) fn run<T: Real>(
-        &self,
-        range: Range<usize>,
-        [g, h]: &mut [Vec<f64>; 2],
-        out: &mut impl Sink<f64>,
-        matrix: &mut impl LocalMatrices<T>,
-    ) -> f64 {
-        let (batch, at) = (self.batch, self.at);
-        let m = batch.local_dim();
-        g.resize(BLOCK * m, 0.0);
-        h.resize(BLOCK * m * m, 0.0);
-        let mut value = 0.0;
-        for block in blocks(range) {
-            let g = &mut g[..block.len() * m];
-            let h = &mut h[..block.len() * m * m];
-            value += batch.hessians(at, self.curvature, block.clone(), g, h);
-            let scale = -at.dt * self.factor;
-            add_local(&batch, at.layout.points, block.clone(), g, scale, out);
-            let scale = at.dt * at.dt * self.factor;
-            matrix.add(&batch, self.slots, block, h, scale);
-        }
-        value
-    }
-}
-
-/// Inertia that couples unknowns, evaluated at the start of a step.
-#[derive(Clone, Copy)]
-pub struct MassEvaluation<'a> {
-    /// The inertia.
-    pub batch: &'a dyn MassBatch,
-    /// Unknowns and rates at the start of the step.
-    pub start: RatePoint<'a>,
-    /// `v_0 − (1 + dt α) v` [m/s].
-    pub change: &'a [f64],
-    /// Mass-proportional damping α [1/s].
-    pub damping: f64,
-    /// Length of the step [s].
-    pub dt: f64,
-}
-
-impl MassEvaluation<'_> {
-    /// `out += M change + dt Q`, and `(1 + dt α) M` to a matrix.
-    pub(super) fn run<T: Real>(
-        &self,
-        slots: Option<SlotsOf<'_>>,
-        range: Range<usize>,
-        [f, m]: &mut [Vec<f64>; 2],
-        out: &mut impl Sink<f64>,
-        mut matrix: Option<&mut impl LocalMatrices<T>>,
-    ) -> f64 {
-        let n = self.batch.local_dim();
-        f.resize(BLOCK * n, 0.0);
-        m.resize(BLOCK * n * n, 0.0);
-        let mut kinetic = 0.0;
-        for block in blocks(range) {
-            let f = &mut f[..block.len() * n];
-            let m = &mut m[..block.len() * n * n];
-            kinetic += self.batch.rate_forces(&self.start, block.clone(), f);
-            self.batch.masses(&self.start, block.clone(), m);
-            for ((e, f), m) in block
-                .clone()
-                .zip(f.chunks_exact_mut(n))
-                .zip(m.chunks_exact(n * n))
-            {
-                f.iter_mut().for_each(|f| *f *= self.dt);
-                self.add_product(e, m, f);
-            }
-            let points = self.start.layout.points;
-            add_local(&self.batch, points, block.clone(), f, 1.0, out);
-            if let Some(matrix) = matrix.as_deref_mut() {
-                let scale = 1.0 + self.dt * self.damping;
-                matrix.add(&self.batch, slots, block, m, scale);
-            }
-        }
-        kinetic
-    }
-
-    /// `f += M_e change_e`
-    fn add_product(&self, e: usize, m: &[f64], f: &mut [f64]) {
-        let layout = self.start.layout;
-        let n = f.len();
-        let mut column = 0;
-        for (&node, &dim) in self.batch.nodes(e).iter().zip(self.batch.node_dims()) {
-            let from = layout.offset(node, dim);
-            for k in 0..dim {
-                let w = self.change[from + k];
-                for (r, f) in f.iter_mut().enumerate() {
-                    *f += m[r * n + column + k] * w;
-                }
-            }
-            column += dim;
         }
     }
 }

@@ -1,0 +1,192 @@
+//! What cloth touches, and how it rubs.
+
+use std::sync::Arc;
+
+use selvedge_collision::{
+    Body, BodyContact, CollisionError, CollisionMesh, ContactQuadratic, ContactSource,
+    ContactStiffness, Friction, FrictionAnchored, FrictionLagged, SelfContact, SelfContactSettings,
+    pair_friction,
+};
+
+use super::{BuiltScene, StageOptions, holds, system};
+use crate::file::model::{Cloth, FrictionModel, Switch};
+
+/// Least and greatest coefficient of each kind of contact \[1\].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FrictionRange {
+    /// Cloth on cloth.
+    pub on_cloth: [f64; 2],
+    /// Cloth on bodies; zeros without bodies.
+    pub on_bodies: [f64; 2],
+}
+
+impl BuiltScene {
+    /// Whether cloth may touch itself, and why.
+    pub fn self_contact(&self) -> (bool, &'static str) {
+        match self.scene().contact.self_contact {
+            _ if self.geometry.yarns.is_some() => (false, "yarns touch where they cross"),
+            Switch::On => (true, "the scene says so"),
+            Switch::Off => (false, "the scene says so"),
+            Switch::Auto if self.scene().cloth.iter().any(Cloth::is_layered) => {
+                (true, "there are layers")
+            }
+            Switch::Auto if self.geometry.sewn => (true, "a sewn garment touches itself"),
+            Switch::Auto if self.geometry.parts.len() > 1 => {
+                (true, "there are several pieces of cloth")
+            }
+            Switch::Auto if !self.bodies.is_empty() => {
+                (true, "cloth on a body can fold onto itself")
+            }
+            Switch::Auto => (false, "a single piece without a body"),
+        }
+    }
+
+    /// Least and greatest coefficients of friction that the materials give.
+    pub fn friction(&self) -> FrictionRange {
+        let range = |values: &mut dyn Iterator<Item = f64>| {
+            values
+                .map(|v| [v, v])
+                .reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
+                .unwrap_or_default()
+        };
+        let g = &self.geometry;
+        let of_cloth = |f: &u16| self.fabric_friction(*f);
+        let cloth = match &g.yarns {
+            Some(_) => range(&mut self.point_friction().into_iter()),
+            None => range(&mut g.mesh.fabric().iter().map(of_cloth)),
+        };
+        let bodies = range(&mut self.bodies.iter().filter_map(|b| b.body.friction()));
+        FrictionRange {
+            on_cloth: cloth,
+            on_bodies: [0, 1].map(|i| pair_friction(cloth[i], bodies[i])),
+        }
+    }
+
+    fn fabric_friction(&self, fabric: u16) -> f64 {
+        let own = self.geometry.fabrics[usize::from(fabric)].friction;
+        self.scene().contact.friction.unwrap_or(own)
+    }
+
+    /// Coefficient of the cloth at every point: the mean over the triangles
+    /// around it, weighted by area.
+    fn point_friction(&self) -> Vec<f64> {
+        if let Some(yarns) = &self.geometry.yarns {
+            let of_yarns = yarns.point_friction();
+            return match self.scene().contact.friction {
+                Some(mu) => vec![mu; of_yarns.len()],
+                None => of_yarns,
+            };
+        }
+        let mesh = &self.geometry.mesh;
+        let mut sums = vec![[0.0; 2]; mesh.points()];
+        let mut equal = true;
+        let first = mesh.fabric().first().map(|f| self.fabric_friction(*f));
+        for (t, points) in mesh.triangles().iter().enumerate() {
+            let (mu, area) = (self.fabric_friction(mesh.fabric()[t]), mesh.rest_area(t));
+            equal &= Some(mu) == first;
+            for p in points {
+                sums[*p as usize][0] += area * mu;
+                sums[*p as usize][1] += area;
+            }
+        }
+        match first {
+            // Without the round-off of a mean.
+            Some(mu) if equal => vec![mu; mesh.points()],
+            _ => sums.iter().map(|[s, a]| s / a).collect(),
+        }
+    }
+
+    /// The contacts of a stage, between points of these masses [kg].
+    pub(super) fn contacts(
+        &self,
+        stage: &StageOptions,
+        masses: &[f64],
+        pins: Option<&holds::BuiltPins>,
+    ) -> Result<Vec<Box<dyn ContactSource>>, CollisionError> {
+        let c = &self.scene().contact;
+        let rubs = self.friction();
+        let friction = |coefficient: f64| match c.friction_model {
+            _ if !stage.friction || coefficient <= 0.0 => None,
+            FrictionModel::None => None,
+            FrictionModel::Anchored => Some(Friction::Anchored(FrictionAnchored {
+                stiffness_ratio: c.anchor_stiffness,
+                ..FrictionAnchored::new(coefficient)
+            })),
+            FrictionModel::Lagged => Some(Friction::Lagged(FrictionLagged::new(coefficient))),
+        };
+        let quadratic = |base: ContactQuadratic, thickness: f64, stiffness: f64| {
+            let stiffness = ContactStiffness::PerPair(stiffness);
+            Box::new(ContactQuadratic {
+                thickness,
+                stiffness,
+                ..base
+            })
+        };
+        let mut contacts: Vec<Box<dyn ContactSource>> = Vec::new();
+        if !self.bodies.is_empty() {
+            let bodies: Vec<Arc<dyn Body>> = self.bodies.iter().map(|b| b.body.clone()).collect();
+            let still: Vec<bool> = self.bodies.iter().map(|b| !b.moves).collect();
+            let mut contact = BodyContact::new(masses.len(), bodies)
+                .with_potential(quadratic(
+                    ContactQuadratic::body(),
+                    self.body_thickness(),
+                    c.body_stiffness,
+                ))
+                .with_still(&still)?;
+            if let Some(friction) = friction(rubs.on_bodies[1]) {
+                contact = contact
+                    .with_friction(friction, masses)?
+                    .with_coefficients(self.point_friction())?;
+            }
+            if let Some(pins) = pins {
+                let filter = &pins.pins.filter;
+                let free = (0..masses.len() as u32)
+                    .filter(|p| filter.rank(*p) < 3)
+                    .collect();
+                contact = contact.with_points(free)?;
+            }
+            contacts.push(Box::new(contact));
+        }
+        if stage.self_contact && self.self_contact().0 {
+            let g = &self.geometry;
+            let links: Vec<[u32; 2]> = g
+                .spring_seams
+                .iter()
+                .flat_map(|(p, e, _)| e.map(|e| [*p, e]))
+                .collect();
+            let mesh = CollisionMesh::new(
+                g.mesh.points(),
+                g.mesh.triangles().to_vec(),
+                g.mesh.material(),
+                &links,
+                c.thickness,
+            )?;
+            let mut contact = SelfContact::new(mesh)
+                .with_backend(system::backend(c.broad_phase))
+                .with_settings(SelfContactSettings {
+                    release: c.release,
+                    ..SelfContactSettings::default()
+                })?
+                .with_potential(quadratic(
+                    ContactQuadratic::cloth(),
+                    c.thickness,
+                    c.stiffness,
+                ));
+            if let Some(friction) = friction(rubs.on_cloth[1]) {
+                contact = contact
+                    .with_friction(friction, masses)?
+                    .with_coefficients(self.point_friction())?;
+            }
+            contacts.push(Box::new(contact));
+        }
+        Ok(contacts)
+    }
+
+    /// Distance that cloth keeps from bodies [m]: with yarns at least two
+    /// radii, since their points lie in the middle of two yarns.
+    pub fn body_thickness(&self) -> f64 {
+        let yarns = self.geometry.yarns.as_ref().map(|y| &y.network.materials);
+        let radii = yarns.into_iter().flatten().map(|m| 2.0 * m.radius);
+        radii.fold(self.scene().contact.body_thickness, f64::max)
+    }
+}
