@@ -718,7 +718,12 @@ pub(crate) fn not_finite(
             if !value.is_finite() || g.iter().any(|g| !g.is_finite()) {
                 let first = state.layout.offset(batch.nodes(e)[0], batch.node_dims()[0]);
                 let point = state.point_of(first, &plan.owners);
-                return not_finite_at(state, point, "the force", Some(batch.name().to_owned()));
+                let term = Some(batch.name().to_owned());
+                let mut error = not_finite_at(state, point, "the force", term);
+                if let StepError::NotFinite { why, .. } = &mut error {
+                    *why = batch.complaint(at, e);
+                }
+                return error;
             }
         }
     }
@@ -741,5 +746,6 @@ pub(crate) fn not_finite_at(
         y: at(1),
         z: at(2),
         term,
+        why: None,
     }
 }

@@ -100,6 +100,7 @@ impl Simulation {
                 y: at(1),
                 z: at(2),
                 term: None,
+                why: None,
             };
             return Err(SimulationError::Step {
                 time: state.time,
