@@ -455,6 +455,14 @@ pub(super) static CONTACT: Table = Table::new(
             "Time in which cloth that begins closer to cloth than `thickness` parts; 0: at once.",
         ),
         optional(
+            "part_crossed",
+            Bool,
+            "Whether sheets and meshes that cross each other where the scene puts them are moved \
+             apart as they are, the one with fewer points by the shortest way along an axis or \
+             a diagonal and two `thickness` more; a message says which, and how far. Garments \
+             stay. Bodies and pins are not looked at.",
+        ),
+        optional(
             "friction",
             number("", Range::zero_to(100.0)),
             "Coulomb friction coefficient of every pair, cloth on cloth and cloth on bodies, \
