@@ -1,6 +1,8 @@
 //! Cloth of yarns: arc lengths that meet, segments without length, stacks,
 //! folds, friction and stiffness at their limits, and charts that cannot be.
 
+use std::error::Error;
+
 use selvedge_yarn_model::{NONE, YarnNetwork};
 
 use super::scenes::{BARE, scene};
@@ -18,6 +20,7 @@ pub static CASES: [Case; 8] = [
         bounds: &[
             equal("finite", "1", 2.0),
             told("runs that ended with an error", "1"),
+            told("errors that say that contacts have met", "1"),
             at_least(
                 "least material between crossings without an error",
                 "m",
@@ -172,7 +175,7 @@ fn least_material(sim: &Sim, n: &YarnNetwork) -> f64 {
 
 fn scalars_meet(b: &Bench) -> Result<Figures, HardError> {
     let (mut finite, mut least) = (0.0, f64::INFINITY);
-    let (mut undone, mut errors) = (0.0, 0.0);
+    let (mut undone, mut errors, mut named) = (0.0, 0.0, 0.0);
     for gap in [1e-6, 1e-12, -1e-5] {
         let mut sim = start(b, WEAVE, 30, &[])?;
         let n = network(&sim)?;
@@ -182,6 +185,9 @@ fn scalars_meet(b: &Bench) -> Result<Figures, HardError> {
         q[first + s] = q[first + next] - gap;
         let gave_up = sim.run_or_give_up()?;
         errors += f64::from(u8::from(gave_up.is_some()));
+        let why = gave_up.as_ref().and_then(|e| e.source());
+        let met = why.is_some_and(|w| w.to_string().contains("the contacts have met"));
+        named += f64::from(u8::from(met));
         if gap > 0.0 {
             finite += sim.finite();
             if gave_up.is_none() {
@@ -195,6 +201,7 @@ fn scalars_meet(b: &Bench) -> Result<Figures, HardError> {
     Ok(vec![
         ("finite", finite),
         ("runs that ended with an error", errors),
+        ("errors that say that contacts have met", named),
         ("least material between crossings without an error", least),
         ("crossed arc lengths refused or undone", undone),
     ])
