@@ -43,6 +43,10 @@ pub trait EnergyBatch: Send + Sync {
     fn history(&self) -> &[f64];
     /// Takes back what [`history`](Self::history) gave.
     fn restore_history(&mut self, history: &[f64]);
+    /// Why stencil `e` has no finite value, where the energy knows.
+    fn complaint(&self, _at: &EvalPoint<'_>, _e: usize) -> Option<String> {
+        None
+    }
     /// Heap memory held [bytes].
     fn heap_bytes(&self) -> usize;
 
@@ -153,6 +157,11 @@ impl<E: StencilEnergy<N, M>, const N: usize, const M: usize> EnergyBatch for Bat
 
     fn restore_history(&mut self, history: &[f64]) {
         self.energy.restore_history(history);
+    }
+
+    fn complaint(&self, at: &EvalPoint<'_>, e: usize) -> Option<String> {
+        let q = at.gather::<N, M>(&E::NODE_DIMS, &self.energy.stencils()[e]);
+        self.energy.complaint(e, &q)
     }
 
     fn heap_bytes(&self) -> usize {

@@ -101,6 +101,12 @@ pub trait StencilEnergy<const N: usize, const M: usize>: Send + Sync {
     /// Takes back what [`history`](Self::history) gave; same length.
     fn restore_history(&mut self, _history: &[f64]) {}
 
+    /// Why stencil `e` has no finite value at `q`, in words; `None` where it has
+    /// one, or where the energy cannot say.
+    fn complaint(&self, _e: usize, _q: &[f64; M]) -> Option<String> {
+        None
+    }
+
     /// Heap memory held [bytes].
     fn heap_bytes(&self) -> usize {
         size_of_val(self.stencils())

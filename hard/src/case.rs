@@ -117,6 +117,8 @@ pub struct Axes {
     pub linear: bool,
     /// Broad phase.
     pub contact: bool,
+    /// Arc lengths are unknowns, which components for points alone cannot take.
+    pub scalars: bool,
 }
 
 /// Figures by name.
@@ -149,16 +151,24 @@ pub struct Case {
 pub(crate) const ALONE: Axes = Axes {
     linear: false,
     contact: false,
+    scalars: false,
 };
 /// A linear solve in every step.
 pub(crate) const SOLVES: Axes = Axes {
     linear: true,
-    contact: false,
+    ..ALONE
+};
+/// A linear solve of points and arc lengths in every step.
+pub(crate) const SLIDES: Axes = Axes {
+    linear: true,
+    scalars: true,
+    ..ALONE
 };
 /// Linear solves and contact of cloth with cloth.
 pub(crate) const TOUCHES: Axes = Axes {
     linear: true,
     contact: true,
+    ..ALONE
 };
 
 /// A case that is listed and cannot be run.

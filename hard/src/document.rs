@@ -62,7 +62,8 @@ pub fn markdown(cases: &[&Case], results: &BTreeMap<&str, Vec<Report>>, command:
         }
     }
     out += "\n## Cases by component\n\nOne component changed at a time; everything else as by \
-            default. A dash: the case does not depend on it, or was not run.\n\n| case | default";
+            default. A dash: the case does not depend on it, or was not run; n/a: the case \
+            has unknowns that the component does not take (arc lengths of yarns).\n\n| case | default";
     for mode in matrix::all() {
         let _ = write!(out, " | {}", mode.name);
     }
@@ -71,9 +72,11 @@ pub fn markdown(cases: &[&Case], results: &BTreeMap<&str, Vec<Report>>, command:
     out += "|\n";
     for case in cases.iter().filter(|c| modes(c.axes).next().is_some()) {
         let _ = write!(out, "| `{}`", case.name);
-        for name in std::iter::once("").chain(matrix::all().iter().map(|m| m.name)) {
+        for mode in std::iter::once(None).chain(matrix::all().iter().map(Some)) {
+            let name = mode.map_or("", |m| m.name);
             let report = results.get(name).and_then(|r| by(r, case));
             let text = match report {
+                _ if mode.is_some_and(|m| !m.applies(case.axes)) => "n/a",
                 Some(r) if r.status != Status::Skipped => word(r.status),
                 _ => "–",
             };

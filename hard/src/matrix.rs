@@ -1,4 +1,5 @@
 use crate::Axes;
+use crate::case::{ALONE, SOLVES};
 
 /// One choice of components.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -8,16 +9,24 @@ pub struct Mode {
     /// Keys of the scene and their values.
     pub set: &'static [(&'static str, &'static str)],
     axes: Axes,
+    /// Whether it takes systems of points alone.
+    points_alone: bool,
 }
 
 const fn linear(name: &'static str, set: &'static [(&'static str, &'static str)]) -> Mode {
     Mode {
         name,
         set,
-        axes: Axes {
-            linear: true,
-            contact: false,
-        },
+        axes: SOLVES,
+        points_alone: false,
+    }
+}
+
+/// One that cannot take arc lengths among the unknowns.
+const fn of_points(name: &'static str, set: &'static [(&'static str, &'static str)]) -> Mode {
+    Mode {
+        points_alone: true,
+        ..linear(name, set)
     }
 }
 
@@ -26,9 +35,10 @@ const fn contact(name: &'static str, set: &'static [(&'static str, &'static str)
         name,
         set,
         axes: Axes {
-            linear: false,
             contact: true,
+            ..ALONE
         },
+        points_alone: false,
     }
 }
 
@@ -40,7 +50,7 @@ static MODES: [Mode; 12] = [
         "direct",
         &[("solver.kind", "direct"), ("solver.precision", "f64")],
     ),
-    linear(
+    of_points(
         "refined",
         &[("solver.kind", "refined"), ("solver.precision", "f64")],
     ),
@@ -49,16 +59,17 @@ static MODES: [Mode; 12] = [
     linear("b-jacobi", &[("solver.preconditioner", "block-jacobi")]),
     linear("chebyshev", &[("solver.preconditioner", "chebyshev")]),
     linear("multigrid", &[("solver.preconditioner", "multigrid")]),
-    linear("reassem.", &[("solver.matrix", "reassembled")]),
+    of_points("reassem.", &[("solver.matrix", "reassembled")]),
     contact("grid", &[("contact.broad_phase", "grid")]),
     contact("brute", &[("contact.broad_phase", "brute-force")]),
 ];
 
-/// The choices that a case depends on.
+/// The choices that a case depends on and that it can be run with.
 pub fn modes(axes: Axes) -> impl Iterator<Item = &'static Mode> {
-    MODES
-        .iter()
-        .filter(move |m| (m.axes.linear && axes.linear) || (m.axes.contact && axes.contact))
+    MODES.iter().filter(move |m| {
+        let depends = (m.axes.linear && axes.linear) || (m.axes.contact && axes.contact);
+        depends && m.applies(axes)
+    })
 }
 
 /// All choices, in the order of the table's columns.
@@ -67,6 +78,11 @@ pub(crate) fn all() -> &'static [Mode] {
 }
 
 impl Mode {
+    /// Whether a case can be run with it at all.
+    pub fn applies(&self, axes: Axes) -> bool {
+        !(self.points_alone && axes.scalars)
+    }
+
     /// As overrides of a scene.
     pub fn overrides(&self) -> Vec<(String, String)> {
         let all = self.set.iter();

@@ -112,8 +112,9 @@ pub enum StepError {
     },
     /// A value is NaN or infinite.
     #[error(
-        "{what} of point {point} at ({x:.4}, {y:.4}, {z:.4}) m is not finite{}",
-        from_term(term)
+        "{what} of point {point} at ({x:.4}, {y:.4}, {z:.4}) m is not finite{}{}",
+        from_term(term),
+        because(why)
     )]
     NotFinite {
         /// Which quantity.
@@ -128,6 +129,8 @@ pub enum StepError {
         z: f64,
         /// Term that gave the value, where one is known.
         term: Option<String>,
+        /// Why, where the term can say.
+        why: Option<String>,
     },
     /// Points moved beyond the range of the contact candidates, repeatedly.
     #[error("points moved beyond the contact margin {tries} times in one step")]
@@ -166,6 +169,10 @@ fn from_term(term: &Option<String>) -> String {
     term.as_ref()
         .map(|t| format!(", from term `{t}`"))
         .unwrap_or_default()
+}
+
+fn because(why: &Option<String>) -> String {
+    why.as_ref().map(|w| format!(": {w}")).unwrap_or_default()
 }
 
 /// Why a simulation ended before its time.

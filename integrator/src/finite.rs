@@ -9,7 +9,10 @@ use crate::{ScenePlan, State, StepError};
 pub(crate) fn check(state: &State, owners: &[u32]) -> Result<(), StepError> {
     match state.first_not_finite() {
         None => Ok(()),
-        Some((place, what)) => Err(error(state, state.point_of(place, owners), what, None)),
+        Some((place, what)) => {
+            let point = state.point_of(place, owners);
+            Err(error(state, point, what, None, None))
+        }
     }
 }
 
@@ -29,16 +32,23 @@ pub(crate) fn in_residual(
             if !value.is_finite() || g.iter().any(|g| !g.is_finite()) {
                 let first = state.layout.offset(batch.nodes(e)[0], batch.node_dims()[0]);
                 let point = state.point_of(first, &plan.owners);
-                return error(state, point, "the force", Some(batch.name().to_owned()));
+                let term = Some(batch.name().to_owned());
+                return error(state, point, "the force", term, batch.complaint(at, e));
             }
         }
     }
     let place = b.iter().position(|b| !b.is_finite()).unwrap_or(0);
     let point = state.point_of(place, &plan.owners);
-    error(state, point, "the residual", None)
+    error(state, point, "the residual", None, None)
 }
 
-fn error(state: &State, point: usize, what: &'static str, term: Option<String>) -> StepError {
+fn error(
+    state: &State,
+    point: usize,
+    what: &'static str,
+    term: Option<String>,
+    why: Option<String>,
+) -> StepError {
     let at = |i: usize| state.q.get(3 * point + i).copied().unwrap_or(f64::NAN);
     StepError::NotFinite {
         what,
@@ -47,5 +57,6 @@ fn error(state: &State, point: usize, what: &'static str, term: Option<String>) 
         y: at(1),
         z: at(2),
         term,
+        why,
     }
 }

@@ -75,8 +75,15 @@ fn structs_hold_what_the_keys_describe() {
             }
         }
         for key in keys.keys() {
-            let optional = ["drag", "membrane", "bending", "friction", "point_tolerance"]
-                .contains(&key.as_str());
+            let optional = [
+                "drag",
+                "membrane",
+                "bending",
+                "friction",
+                "part_crossed",
+                "point_tolerance",
+            ]
+            .contains(&key.as_str());
             assert!(
                 optional || fields.contains_key(key),
                 "{name}.{key} is no field"

@@ -234,6 +234,10 @@ impl EnergyBatch for RayleighDamping {
         self.batch.restore_history(history);
     }
 
+    fn complaint(&self, at: &EvalPoint<'_>, e: usize) -> Option<String> {
+        self.batch.complaint(at, e)
+    }
+
     fn heap_bytes(&self) -> usize {
         self.batch.heap_bytes()
     }

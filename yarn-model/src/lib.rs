@@ -28,10 +28,10 @@ pub use contact::{
 pub use damping::RayleighDamping;
 pub use error::YarnError;
 pub use force::{
-    CROSSED, InertiaForce, JAM_ANGLE, JAM_WIDTH, JammingBending, Locked, LockedBending,
-    LockedGravity, LockedInertia, LockedStretch, ParallelYarns, PlainBending, SegmentInertia,
-    StitchLength, StitchWrapping, WrapElement, WrapPair, YarnBending, YarnGravity, YarnShear,
-    YarnStretch, lumped_point_masses, lumped_scalar_masses,
+    CROSSED, InertiaForce, JAM_ANGLE, JAM_WIDTH, JammingBending, LEAST_MATERIAL, Locked,
+    LockedBending, LockedGravity, LockedInertia, LockedStretch, ParallelYarns, PlainBending,
+    SegmentInertia, StitchLength, StitchWrapping, WrapElement, WrapPair, YarnBending, YarnGravity,
+    YarnShear, YarnStretch, lumped_point_masses, lumped_scalar_masses,
 };
 pub use material::YarnMaterial;
 pub use network::{

@@ -2,7 +2,7 @@
 
 use super::integrator::names_not_finite;
 use super::scenes::{BARE, SHEET, STIFF, obj, scene};
-use crate::case::{ALONE, Axes, Case, Expected, Figures, Pace, SOLVES, at_least, below, equal};
+use crate::case::{ALONE, Case, Expected, Figures, Pace, SOLVES, at_least, below, equal};
 use crate::{Bench, HardError};
 
 pub static CASES: [Case; 5] = [
@@ -68,10 +68,7 @@ pub static CASES: [Case; 5] = [
         naive: "points without a partner oscillate",
         bounds: &[below("gap", "m", 5e-4), at_least("points", "1", 8.0)],
         pace: Pace::Quick,
-        axes: Axes {
-            linear: true,
-            contact: false,
-        },
+        axes: SOLVES,
         expected: Expected::Passes,
         run: seam,
     },

@@ -133,6 +133,10 @@ impl BuiltScene {
                     c.body_stiffness,
                 ))
                 .with_still(&still)?;
+            // Steps of a static solve are no motion.
+            if stage.statics.is_none() {
+                contact = contact.with_masses(masses)?;
+            }
             if let Some(friction) = friction(rubs.on_bodies[1]) {
                 contact = contact
                     .with_friction(friction, masses)?

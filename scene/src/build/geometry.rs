@@ -11,9 +11,11 @@ use selvedge_shell_model::shape::hinge_angles;
 use selvedge_shell_model::{ShellMesh, sheet};
 use selvedge_yarn_model::YarnNetwork;
 
+use super::apart;
 use super::passages::Passages;
 use super::rest;
 use super::sewn::{Sewn, held_labels};
+use super::system::broad_phase;
 use super::yarns::{self, YarnCloth};
 use crate::diagnostic::{Diagnostics, Finding};
 use crate::file::model::{Cloth, ClothShape, Lattice, MeshRest, Reorder, RestAngles};
@@ -103,6 +105,9 @@ impl Geometry {
         if findings.has_errors() {
             return Err(findings);
         }
+        if scene.contact.part_crossed == Some(true) {
+            part_crossed(parsed, &mut draft, &mut findings);
+        }
         finish(scene, draft)
             .map_err(|message| {
                 let mut error = parsed.locations.error("scene::cloth", "cloth", message);
@@ -173,6 +178,47 @@ impl Geometry {
     /// A piece by its name.
     pub fn part(&self, name: &str) -> Option<&Part> {
         self.parts.iter().find(|p| p.name == name)
+    }
+}
+
+/// Moves pieces that cross apart, and says so.
+fn part_crossed(parsed: &Parsed, draft: &mut Draft, findings: &mut Diagnostics) {
+    let contact = &parsed.scene.contact;
+    let pieces: Vec<Range<u32>> = draft.parts.iter().map(|p| p.points.clone()).collect();
+    let fixed: Vec<bool> = draft.parts.iter().map(|p| p.garment.is_some()).collect();
+    let mut broad = broad_phase(contact.broad_phase);
+    let (moved, left) = apart::part(
+        &mut draft.positions,
+        &draft.triangles,
+        &pieces,
+        &fixed,
+        contact.thickness,
+        broad.as_mut(),
+    );
+    let name = |piece: usize| &draft.parts[piece].name;
+    let mut warn = |piece: usize, message: String| {
+        let path = format!("cloth.{piece}");
+        let locations = &parsed.locations;
+        findings.push(locations.warning("scene::crossed", &path, message));
+    };
+    for m in moved {
+        let [x, y, z] = m.way;
+        let far = (x * x + y * y + z * z).sqrt();
+        let message = format!(
+            "`{}` crosses `{}` where the scene puts it: moved by {far:.4} m, \
+             ({x:.4}, {y:.4}, {z:.4})",
+            name(m.piece),
+            name(m.other)
+        );
+        warn(m.piece, message);
+    }
+    for [a, b] in left {
+        let message = format!(
+            "`{}` crosses `{}` and could not be moved apart",
+            name(a),
+            name(b)
+        );
+        warn(a, message);
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod alone;
 mod anchor;
+mod apart;
 mod bodies;
 mod contact;
 mod draped;

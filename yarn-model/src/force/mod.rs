@@ -28,10 +28,10 @@ pub use locked::{Locked, LockedBending, LockedGravity, LockedStretch};
 pub(crate) use parallel::LOOSE;
 pub use parallel::ParallelYarns;
 pub use shear::YarnShear;
-pub use stretch::YarnStretch;
+pub use stretch::{LEAST_MATERIAL, YarnStretch};
 pub use wrapping::{StitchWrapping, WrapElement, WrapPair};
 
-/// Value [J] of a stencil whose arc lengths are equal or in the wrong order:
+/// Value [J] of a stencil whose arc lengths have met or are in the wrong order:
 /// no state at all. Its derivatives are NaN, so that a step that ends there is
 /// refused by name instead of continued.
 pub const CROSSED: f64 = f64::INFINITY;

@@ -26,12 +26,20 @@ use crate::vec3::{V, get, put, put_column, set, square};
 /// always.
 ///
 /// Degenerate cases: a segment of no length has no direction and no force on
-/// its points. Arc lengths in the wrong order: see [`CROSSED`].
+/// its points. Arc lengths in the wrong order, or nearer than [`LEAST_MATERIAL`]
+/// of their distance at rest: see [`CROSSED`].
 #[derive(Clone, Debug)]
 pub struct YarnStretch {
     stencils: Vec<[u32; 4]>,
     stiffness: Vec<f64>,
+    /// Least material between the nodes [m].
+    least: Vec<f64>,
 }
+
+/// Part of the material of a segment at rest below which its ends have met.
+/// `V` is homogeneous in `(l, Δu)`: it falls as a segment shrinks to nothing,
+/// so that nothing parts arc lengths that are this close.
+pub const LEAST_MATERIAL: f64 = 1e-2;
 
 impl YarnStretch {
     /// Every segment of a network.
@@ -43,9 +51,13 @@ impl YarnStretch {
         let stiffness = network
             .segments()
             .map(|[a, _]| network.material_of(a).stretch_stiffness());
+        let least = network
+            .segments()
+            .map(|[a, b]| LEAST_MATERIAL * (strands[b as usize].arc - strands[a as usize].arc));
         Self {
             stencils: stencils.collect(),
             stiffness: stiffness.collect(),
+            least: least.collect(),
         }
     }
 }
@@ -71,9 +83,9 @@ struct Segment {
 
 impl Segment {
     #[inline(always)]
-    fn new(q: &[f64; 8]) -> Option<Self> {
+    fn new(q: &[f64; 8], least: f64) -> Option<Self> {
         let du = q[7] - q[6];
-        if du <= 0.0 {
+        if du <= least {
             return None;
         }
         let d = get(q, 3) - get(q, 0);
@@ -104,7 +116,7 @@ impl StencilEnergy<4, 8> for YarnStretch {
 
     #[inline]
     fn value(&self, e: usize, q: &[f64; 8], _: &EvalPoint<'_>) -> f64 {
-        match Segment::new(q) {
+        match Segment::new(q, self.least[e]) {
             Some(s) => 0.5 * self.stiffness[e] * s.du * (s.ratio - 1.0) * (s.ratio - 1.0),
             None => CROSSED,
         }
@@ -112,7 +124,7 @@ impl StencilEnergy<4, 8> for YarnStretch {
 
     #[inline]
     fn gradient(&self, e: usize, q: &[f64; 8], _: &EvalPoint<'_>, g: &mut [f64; 8]) -> f64 {
-        match Segment::new(q) {
+        match Segment::new(q, self.least[e]) {
             Some(s) => s.gradient(self.stiffness[e], g),
             None => crossed(g),
         }
@@ -128,7 +140,7 @@ impl StencilEnergy<4, 8> for YarnStretch {
         g: &mut [f64; 8],
         h: &mut [[f64; 8]; 8],
     ) -> f64 {
-        let Some(s) = Segment::new(q) else {
+        let Some(s) = Segment::new(q, self.least[e]) else {
             *h = [[f64::NAN; 8]; 8];
             return crossed(g);
         };
@@ -163,8 +175,20 @@ impl StencilEnergy<4, 8> for YarnStretch {
         value
     }
 
+    fn complaint(&self, e: usize, q: &[f64; 8]) -> Option<String> {
+        let (left, rest) = (q[7] - q[6], self.least[e] / LEAST_MATERIAL);
+        (left <= self.least[e]).then(|| {
+            format!(
+                "{left:.3e} m of yarn are left between two contacts, of {rest:.3e} m at rest: \
+                 the contacts have met"
+            )
+        })
+    }
+
     fn heap_bytes(&self) -> usize {
-        size_of_val(&self.stencils[..]) + size_of_val(&self.stiffness[..])
+        size_of_val(&self.stencils[..])
+            + size_of_val(&self.stiffness[..])
+            + size_of_val(&self.least[..])
     }
 }
 
@@ -172,10 +196,41 @@ impl StencilEnergy<4, 8> for YarnStretch {
 mod tests {
     use super::*;
 
+    /// A segment with less than a hundredth of its material is no state, and
+    /// the energy says why.
+    #[test]
+    fn met_contacts_are_told() {
+        let stretch = YarnStretch {
+            stencils: vec![[0, 1, 0, 1]],
+            stiffness: vec![2.0],
+            least: vec![LEAST_MATERIAL * 1e-3],
+        };
+        let at = |du: f64| [0.0, 0.0, 0.0, 1e-3, 0.0, 0.0, 0.5, 0.5 + du];
+        let layout = selvedge_energy::DofLayout::points(0);
+        let nowhere = EvalPoint {
+            layout,
+            q: &[],
+            q_start: &[],
+            dt: 1.0,
+        };
+        let mut g = [0.0; 8];
+        for du in [1.1e-5, 1e-3] {
+            assert!(stretch.gradient(0, &at(du), &nowhere, &mut g).is_finite());
+            assert_eq!(stretch.complaint(0, &at(du)), None);
+        }
+        for du in [0.9e-5, 1e-12, 0.0, -1e-5] {
+            assert_eq!(stretch.value(0, &at(du), &nowhere), CROSSED);
+            assert!(stretch.gradient(0, &at(du), &nowhere, &mut g).is_infinite());
+            assert!(g.iter().all(|g| g.is_nan()));
+            let why = stretch.complaint(0, &at(du)).unwrap();
+            assert!(why.contains("of 1.000e-3 m at rest"), "{why}");
+        }
+    }
+
     #[test]
     fn force_is_minus_the_gradient() {
         let q = [0.0, 0.1, 0.2, 1.0, -0.3, 0.4, 0.2, 1.1];
-        let segment = Segment::new(&q).unwrap();
+        let segment = Segment::new(&q, 0.0).unwrap();
         let mut g = [0.0; 8];
         segment.gradient(3.0, &mut g);
         let (x0, x1) = (get(&q, 0), get(&q, 3));

@@ -1,4 +1,5 @@
 mod guard;
+mod impact;
 mod pass;
 
 use std::ops::Range;
@@ -16,6 +17,7 @@ use crate::{
     SurfaceSample, pair_friction,
 };
 use guard::Guard;
+use impact::{Answer, Arrival, Impacts};
 use pass::{Anchor, Candidate, Pass, Task};
 
 /// How far detection looks.
@@ -54,7 +56,9 @@ impl Default for BodyContactSettings {
 /// and the cloth's, another one with the cloth's.
 ///
 /// A step in which a point and a body approach so fast that the point would end
-/// [too deep](CollisionError::Overrun) is refused, for a shorter one.
+/// [too deep](CollisionError::Overrun) is refused, for a shorter one. A point
+/// faster than the penalty can stop is led to the surface in shorter steps and
+/// stopped there, see [`with_masses`](Self::with_masses).
 pub struct BodyContact {
     bodies: Vec<Arc<dyn Body>>,
     points: Vec<u32>,
@@ -67,6 +71,9 @@ pub struct BodyContact {
     coefficients: Vec<f64>,
     inverse_masses: Vec<f64>,
     areas: Vec<f64>,
+    /// Masses of the points; empty where fast arrivals are let pass.
+    masses: Vec<f64>,
+    impacts: Impacts,
     settings: BodyContactSettings,
     envelope: Envelope,
     /// What is known of the distance of every point to every still body;
@@ -98,6 +105,8 @@ impl BodyContact {
             coefficients: Vec::new(),
             inverse_masses: Vec::new(),
             areas: Vec::new(),
+            masses: Vec::new(),
+            impacts: Impacts::default(),
             settings: BodyContactSettings::default(),
             envelope: Envelope::default(),
             guards: Vec::new(),
@@ -157,6 +166,31 @@ impl BodyContact {
             });
         }
         self.areas = areas;
+        Ok(self)
+    }
+
+    /// Masses of all points \[kg\]: with them, points that arrive so fast that
+    /// the penalty cannot stop them are stopped all the same.
+    ///
+    /// Fast is what has more kinetic energy towards the body, `½ m u²`, than
+    /// the penalty takes up until the point is three thicknesses inside. Such
+    /// a point may move no farther than the surface, or a thickness, in one
+    /// step; where it touches, the stiffness is that of a stop within two
+    /// thicknesses, without a rebound. Nothing changes for points that are
+    /// not fast.
+    ///
+    /// # Errors
+    /// [`CollisionError::Length`].
+    pub fn with_masses(mut self, masses: &[f64]) -> Result<Self, CollisionError> {
+        if masses.len() != self.point_count {
+            let (found, expected) = (masses.len(), self.point_count);
+            return Err(CollisionError::Length {
+                what: "masses",
+                found,
+                expected,
+            });
+        }
+        self.masses = masses.to_vec();
         Ok(self)
     }
 
@@ -326,6 +360,7 @@ impl ContactSource for BodyContact {
         let mut fresh = Vec::new();
         let limit = DEEP * self.potential.thickness();
         let mut overrun = None;
+        let mut impacts = Vec::new();
         for (body, b) in self.bodies.iter().enumerate() {
             let bounds = b.bounds(self.time_end).inflate(reach);
             let body = body as u32;
@@ -334,6 +369,7 @@ impl ContactSource for BodyContact {
             let points = &self.points;
             let time = self.time_end;
             let near = self.potential.thickness();
+            let (masses, areas, potential) = (&self.masses, &self.areas, &self.potential);
             let known = guards
                 .get(body as usize)
                 .filter(|g| g.len() == self.point_count)
@@ -345,6 +381,7 @@ impl ContactSource for BodyContact {
                     task.candidates.clear();
                     task.positions.clear();
                     task.guards.clear();
+                    task.impacts.clear();
                     task.overrun = None;
                     for &point_ in &points[i * CHUNK..((i + 1) * CHUNK).min(points.len())] {
                         let (x, y) = (point(step.q_start, point_), point(end, point_));
@@ -365,11 +402,27 @@ impl ContactSource for BodyContact {
                     b.sample_many(&task.positions, time, &mut task.samples);
                     for (c, s) in task.candidates.iter().zip(&task.samples) {
                         let (x, y) = (point(step.q_start, c.point), point(predicted, c.point));
-                        let depth = foreseen_depth(s, sub(y, x), step.dt, limit);
-                        if let Some(depth) = depth
+                        let way = sub(y, x);
+                        let mut too_deep =
+                            foreseen_depth(s, way, step.dt, limit).map(|depth| (depth, limit));
+                        if let Some(&mass) = masses.get(c.point as usize) {
+                            let area = areas.get(c.point as usize).copied().unwrap_or(1e-4);
+                            let capacity = potential.evaluate(-limit, area).energy;
+                            let arrival = Arrival::new(s, way, step.dt);
+                            match arrival.answer(mass, step.dt, near, limit, capacity) {
+                                Some(Answer::Refuse { depth, limit }) => {
+                                    too_deep = too_deep.or(Some((depth, limit)));
+                                }
+                                Some(Answer::Stop(k)) if k > potential.stiffness(area) => {
+                                    task.impacts.push((*c, k));
+                                }
+                                _ => {}
+                            }
+                        }
+                        if let Some((depth, limit)) = too_deep
                             && task.overrun.is_none()
                         {
-                            task.overrun = Some((*c, depth));
+                            task.overrun = Some((*c, depth, limit));
                         }
                     }
                     // Keep what the field cannot rule out, and what it cannot tell.
@@ -393,6 +446,7 @@ impl ContactSource for BodyContact {
                 |task| {
                     candidates.append(&mut task.candidates);
                     fresh.append(&mut task.guards);
+                    impacts.append(&mut task.impacts);
                     overrun = overrun.or(task.overrun);
                 },
             );
@@ -404,8 +458,9 @@ impl ContactSource for BodyContact {
         self.candidates = candidates;
         self.tasks = tasks;
         self.split();
+        self.impacts.update(step.time, step.dt, &mut impacts);
         match overrun {
-            Some((c, depth)) => Err(CollisionError::Overrun {
+            Some((c, depth, limit)) => Err(CollisionError::Overrun {
                 body: self.bodies[c.body as usize].name().into(),
                 point: c.point,
                 depth,
@@ -553,7 +608,8 @@ impl ContactSource for BodyContact {
             })
             .sum();
         4 * self.points.capacity()
-            + 8 * (self.inverse_masses.capacity() + self.areas.capacity())
+            + 8 * (self.inverse_masses.capacity() + self.areas.capacity() + self.masses.capacity())
+            + self.impacts.heap_bytes()
             + 8 * (self.coefficients.capacity() + self.body_coefficients.capacity())
             + 8 * self.candidates.capacity()
             + 16 * self.ranges.capacity()

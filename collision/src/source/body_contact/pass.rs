@@ -6,7 +6,9 @@ use selvedge_energy::EvalPoint;
 use super::{BodyContact, coefficient};
 use crate::friction::{AnchorState, anchor_damping};
 use crate::vec3::{Vec3, add, add_outer, axpy, norm, point, scale, sub, tangential, unit};
-use crate::{ContactResponse, Friction, FrictionAnchored, FrictionLagged, SurfaceSample};
+use crate::{
+    ContactResponse, Friction, FrictionAnchored, FrictionLagged, Repulsion, SurfaceSample,
+};
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Candidate {
@@ -34,8 +36,11 @@ pub(super) struct Task {
     pub deepest: f64,
     pub deep: usize,
     pub bad: Option<Candidate>,
-    /// First point that a body runs over within the step, and how far [m].
-    pub overrun: Option<(Candidate, f64)>,
+    /// Fast arrivals and their stiffness [N/m].
+    pub impacts: Vec<(Candidate, f64)>,
+    /// First point that a body runs over within the step, how far, and how far
+    /// it may [m].
+    pub overrun: Option<(Candidate, f64, f64)>,
 }
 
 /// A touching point.
@@ -88,7 +93,17 @@ impl Pass<'_> {
         }
         // A field without a slope gives no direction: no force.
         let normal = unit(s.normal)?;
-        let r = potential.evaluate(s.distance, self.area(c.point));
+        let r = match self.source.impacts.stiffness(c) {
+            None => potential.evaluate(s.distance, self.area(c.point)),
+            Some(k) => {
+                let depth = potential.thickness() - s.distance;
+                Repulsion {
+                    energy: 0.5 * k * depth * depth,
+                    force: k * depth,
+                    curvature: k,
+                }
+            }
+        };
         let force = scale(r.force, s.normal);
         Some(Touch {
             force,

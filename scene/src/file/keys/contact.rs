@@ -1,6 +1,6 @@
 //! Contact and friction.
 
-use super::super::spec::Kind::{Choice, Switch};
+use super::super::spec::Kind::{Bool, Choice, Switch};
 use super::super::spec::{Range, Table, key, number, optional};
 
 pub(super) static CONTACT: Table = Table::new(
@@ -60,6 +60,14 @@ pub(super) static CONTACT: Table = Table::new(
             number("s", Range::zero_to(1e3)),
             "0.02",
             "Time in which cloth that begins closer to cloth than `thickness` parts; 0: at once.",
+        ),
+        optional(
+            "part_crossed",
+            Bool,
+            "Whether sheets and meshes that cross each other where the scene puts them are moved \
+             apart as they are, the one with fewer points by the shortest way along an axis or \
+             a diagonal and two `thickness` more; a message says which, and how far. Garments \
+             stay. Bodies and pins are not looked at.",
         ),
         optional(
             "friction",

@@ -344,6 +344,9 @@ pub struct ContactSettings {
     pub body_thickness: f64,
     /// Time in which cloth that begins closer to cloth than its thickness parts \[s\].
     pub release: f64,
+    /// Whether separate pieces that cross at the start are moved apart.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub part_crossed: Option<bool>,
     /// Coulomb friction coefficient of every pair, instead of the materials' own.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
