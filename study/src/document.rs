@@ -20,7 +20,7 @@
 //! `ratio` is given, the ratio alone, with its median, least and greatest. A block with
 //! `facts = true` and `from` alone lists scene, reference, floor and
 //! recommendation; `stages = "VALUE"` shows the shares of the stages in the runs
-//! with that value of `rows`.
+//! with that value of `rows`, and with `turned` their medians.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -411,7 +411,7 @@ fn stages(block: &Block, sources: &[Source], value: &str) -> Result<String, Stri
         found.push((source.name.as_str(), &figures.stages_s));
     }
     let head = block.head.as_deref().unwrap_or_default();
-    Ok(crate::stages::table(head, found.into_iter()))
+    Ok(crate::stages::table(head, block.turned, found.into_iter()))
 }
 
 fn facts(sources: &[Source]) -> String {

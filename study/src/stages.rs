@@ -31,9 +31,10 @@ fn shares(stages_s: &BTreeMap<String, f64>) -> [f64; GROUPS.len()] {
     out.map(|s| if sum > 0.0 { 100.0 * s / sum } else { 0.0 })
 }
 
-/// A line for each study, and the median of several, in percent.
+/// A line for each study, and the median where asked for, in percent.
 pub(crate) fn table<'a>(
     head: &str,
+    summary: bool,
     studies: impl Iterator<Item = (&'a str, &'a BTreeMap<String, f64>)>,
 ) -> String {
     let mut heads = vec![head.to_owned()];
@@ -47,7 +48,7 @@ pub(crate) fn table<'a>(
         }
         lines.push(line(name, shares.into_iter()));
     }
-    if lines.len() > 2 {
+    if summary {
         let medians = columns.iter().map(|c| median(c).unwrap_or(0.0));
         lines.push(line("*median*", medians));
     }
@@ -78,7 +79,7 @@ mod tests {
         let stages = stages.map(|(name, s)| (name.to_owned(), s)).into();
         assert_eq!(shares(&stages), [10.0, 20.0, 40.0, 20.0, 10.0]);
         assert_eq!(shares(&BTreeMap::new()), [0.0; 5]);
-        let text = table("garment", [("a", &stages)].into_iter());
+        let text = table("garment", false, [("a", &stages)].into_iter());
         assert!(
             text.ends_with("| a | 10.0 | 20.0 | 40.0 | 20.0 | 10.0 |\n"),
             "{text}"
