@@ -59,10 +59,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let fine = scaled_tolerance(&scaled_step(&coarser(&parsed.scene, 0.5)?, 0.25), 0.1);
     let fine = session.run("reference", None, fine, false)?;
     let error = MaterialMap::new(fine.surface())?.distance(&run.surface());
-    let parts = [&report.space, &report.time, &report.algebraic];
-    let told = selvedge_estimate::total(parts).ok_or("no estimate")?;
+    let parts = [&report.space, &report.time, &report.algebraic, &report.path];
+    let told = selvedge_estimate::total(&report).ok_or("no estimate")?;
     println!(
-        "{}: {} points, estimate {:.4} mm (mesh {:.4}, steps {:.4}, tolerances {:.4}), \
+        "{}: {} points, estimate {:.4} mm (mesh {:.4}, steps {:.4}, tolerances {:.4}, path {:.4}), \
          distance to the reference {:.4} mm (largest {:.3} mm), effectivity {:.2}; \
          processor time {:.1} s, estimate {:.1} s, reference {:.1} s",
         parsed.scene.name,
@@ -71,6 +71,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         1e3 * parts[0].error_m.unwrap_or(f64::NAN),
         1e3 * parts[1].error_m.unwrap_or(f64::NAN),
         1e3 * parts[2].error_m.unwrap_or(f64::NAN),
+        1e3 * parts[3].error_m.unwrap_or(f64::NAN),
         1e3 * error.mean,
         1e3 * error.max,
         told / error.mean,

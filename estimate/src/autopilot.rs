@@ -10,7 +10,8 @@ use selvedge_scene::summary::{Decision, ErrorPart, ErrorReport};
 use crate::companion::{Companion, Session, scaled_step, scaled_tolerance};
 use crate::estimator::{attempt, unknown};
 use crate::knob::{Effort, Knob, STEP, TOLERANCE, mm};
-use crate::parts::{space_part, total};
+use crate::parts::{beside_path, numerics, space_part, total};
+use crate::path::path_part;
 use crate::{EstimateError, MaterialMap};
 
 /// Shares of the wanted error: the mesh is what costs most.
@@ -68,11 +69,13 @@ pub struct Within {
 /// twofold until what is missing by Richardson's extrapolation, over at least
 /// three meshes, is within its own. Every mesh is run in full, garments from where
 /// they rest on the one before, so that the last one is the result. Tolerances
-/// and step are then looked at again on the mesh before it.
+/// and step are then looked at again on the mesh before it, and how far apart other
+/// beginnings end there: what that leaves of the target is for the others, and
+/// where it leaves nothing they are tightened no further.
 ///
 /// # Errors
 /// As [`Session::run`] for the runs that nothing can do without. A target out
-/// of reach is no error: the finest run that is allowed comes back with
+/// of reach, or below what the path decides, is no error: the finest run that is allowed comes back with
 /// `met = false`.
 pub fn drape_within(
     session: &mut Session<'_>,
@@ -112,11 +115,25 @@ pub fn drape_within(
     let mut algebraic = choose(TOLERANCE, ALGEBRAIC, TENTHS)?;
 
     let mut levels = Levels::first(now, length);
-    match coarser(scene, 1.0) {
-        Ok(_) => {
-            let mut why = levels.refine(session, target)?;
-            if levels.check(session, target, &mut time, &mut algebraic, &mut decisions)? {
-                why = levels.refine(session, target)?;
+    let refined = match coarser(scene, 1.0) {
+        Ok(_) => Ok(levels.refine(session, SPACE * target.error, target.max_points)?),
+        Err(why) => Err(why),
+    };
+    let path = levels.path(session)?;
+    match refined {
+        Ok(mut why) => {
+            let room = beside_path(target.error, &path);
+            levels.check(
+                session,
+                room,
+                target,
+                &mut time,
+                &mut algebraic,
+                &mut decisions,
+            )?;
+            let share = room - numerics([&time, &algebraic]).unwrap_or(room);
+            if share > 0.0 && levels.space.error_m.is_some_and(|e| e > share) {
+                why = levels.refine(session, share, target.max_points)?;
             }
             decisions.push(Decision {
                 why,
@@ -134,19 +151,20 @@ pub fn drape_within(
         space,
         ..
     } = levels;
-    let estimate = total([&space, &time, &algebraic]);
     let own = run.cpu_s;
     let (built, result) = session.result(&name, coarse.as_ref(), run)?;
+    let report = ErrorReport {
+        space,
+        time,
+        algebraic,
+        path,
+        cpu_s: session.cpu_s - before - own,
+        target_m: Some(target.error),
+        decisions,
+    };
     Ok(Within {
-        met: estimate.is_some_and(|e| e <= target.error),
-        report: ErrorReport {
-            space,
-            time,
-            algebraic,
-            cpu_s: session.cpu_s - before - own,
-            target_m: Some(target.error),
-            decisions,
-        },
+        met: total(&report).is_some_and(|e| e <= target.error),
+        report,
         built,
         result,
         name,
@@ -200,14 +218,24 @@ impl Levels {
         Ok(())
     }
 
-    /// Halves the edges until the mesh's part is within its share; returns why
+    /// Where other beginnings end, on the mesh next to the finest.
+    fn path(&self, session: &mut Session<'_>) -> Result<ErrorPart, EstimateError> {
+        let (run, mesh) = match &self.coarse {
+            Some(coarse) => (coarse, "on the mesh twice as coarse"),
+            None => (&self.run, "on the same mesh"),
+        };
+        let end = MaterialMap::new(run.surface())?;
+        path_part(session, run.built.scene(), &end, mesh)
+    }
+
+    /// Halves the edges until the mesh's part is within `share` [m]; returns why
     /// it went no further.
     fn refine(
         &mut self,
         session: &mut Session<'_>,
-        target: Target,
+        share: f64,
+        max_points: usize,
     ) -> Result<String, EstimateError> {
-        let share = SPACE * target.error;
         loop {
             // Two meshes show no order.
             if self.compared >= 2 && self.space.error_m.is_some_and(|e| e <= share) {
@@ -219,10 +247,10 @@ impl Levels {
             }
             // Halving the edges makes four times the points.
             let points = 4 * self.run.points();
-            if points > target.max_points {
+            if points > max_points {
                 return Ok(format!(
-                    "half of it would take about {points} points, more than the {} allowed",
-                    target.max_points
+                    "half of it would take about {points} points, more than the {max_points} \
+                     allowed"
                 ));
             }
             let mut finer = match coarser(self.run.built.scene(), 0.5) {
@@ -248,20 +276,21 @@ impl Levels {
 
     /// What tolerances and step are off by on the mesh next to the finest: a
     /// coarse mesh folds in fewer ways and may show less of it. Where it is more
-    /// than what the other parts leave, and tightening helps, the finest run is
-    /// made again; whether it was.
+    /// than what the other parts leave of `room` [m], and tightening helps, the
+    /// finest run is made again.
     fn check(
         &mut self,
         session: &mut Session<'_>,
+        room: f64,
         target: Target,
         time: &mut ErrorPart,
         algebraic: &mut ErrorPart,
         decisions: &mut Vec<Decision>,
-    ) -> Result<bool, EstimateError> {
+    ) -> Result<(), EstimateError> {
         // Both were chosen on the first mesh.
         let coarse = self.coarse.take_if(|_| self.compared > 1);
         let Some(mut coarse) = coarse else {
-            return Ok(false);
+            return Ok(());
         };
         let before = coarse.built.scene().clone();
         let error = |part: &ErrorPart| part.error_m.unwrap_or(target.error);
@@ -272,9 +301,9 @@ impl Levels {
             } else {
                 (error(algebraic), &mut *time, TIME, LATE_HALVINGS)
             };
-            let left = target.error - error(&self.space) - other;
+            let left = room - error(&self.space) - other;
             let effort = Effort {
-                times: if left > 0.0 || tolerance { times } else { 0 },
+                times: if left > 0.0 { times } else { 0 },
                 patience: 1,
                 suffix: "-late",
             };
@@ -292,7 +321,7 @@ impl Levels {
                 // The run at hand has other settings than what was compared.
                 Err(why) => {
                     (*time, *algebraic) = (unknown(&why), unknown(&why));
-                    return Ok(false);
+                    return Ok(());
                 }
             }
             let near = MaterialMap::new(self.run.surface())?.distance(&coarse.surface());
@@ -300,7 +329,7 @@ impl Levels {
             self.space = space_part(near, self.far);
         }
         self.coarse = Some(coarse);
-        Ok(tightened)
+        Ok(())
     }
 }
 

@@ -84,16 +84,31 @@ impl Session<'_> {
         record: bool,
     ) -> Result<Companion, EstimateError> {
         scene.output.recording &= record;
+        self.run_displaced(name, coarser, scene, None)
+    }
+
+    /// As [`run`](Self::run), with the start displaced by a size [m] and a seed
+    /// ([`BuiltScene::perturb`]).
+    pub(crate) fn run_displaced(
+        &mut self,
+        name: &str,
+        coarser: Option<&Companion>,
+        scene: SceneFile,
+        displaced: Option<(f64, u64)>,
+    ) -> Result<Companion, EstimateError> {
         let parsed = Parsed {
             scene,
             locations: self.parsed.locations.clone(),
             source: self.parsed.source.clone(),
             warnings: Default::default(),
         };
-        let built = BuiltScene::new(parsed).map_err(|e| EstimateError::Run {
+        let mut built = BuiltScene::new(parsed).map_err(|e| EstimateError::Run {
             name: name.to_owned(),
             source: e.into(),
         })?;
+        if let Some((size, seed)) = displaced {
+            built.perturb(size, seed);
+        }
         let digest = driver::digest(&built, &self.options(name));
         if self.resume
             && let Some(kept) = Kept::read(&self.folder(name), &digest)

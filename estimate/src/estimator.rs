@@ -7,6 +7,7 @@ use selvedge_scene::summary::{ErrorPart, ErrorReport, Status};
 
 use crate::companion::{Companion, Session, scaled_step, scaled_tolerance, surface};
 use crate::parts::{algebraic_part, space_part, time_part};
+use crate::path::path_part;
 use crate::{EstimateError, MaterialMap};
 
 /// Folders of the companions.
@@ -15,9 +16,9 @@ const COARSEST: &str = "estimate/mesh-4x";
 const HALF_STEP: &str = "estimate/half-step";
 const TIGHT: &str = "estimate/tight";
 
-/// Estimates the error of a run from up to four companions.
+/// Estimates the error of a run from up to six companions.
 ///
-/// Steps and tolerances are compared on the mesh twice as coarse, or on the
+/// Steps, tolerances and other beginnings are compared on the mesh twice as coarse, or on the
 /// run's own where there is no other. A part that cannot be known is `None`
 /// and says why: a companion that fails costs its part, not the estimate.
 ///
@@ -36,7 +37,8 @@ pub fn estimate(
         return Ok(ErrorReport {
             space: none.clone(),
             time: none.clone(),
-            algebraic: none,
+            algebraic: none.clone(),
+            path: none,
             cpu_s: 0.0,
             target_m: None,
             decisions: Vec::new(),
@@ -80,10 +82,12 @@ pub fn estimate(
         Ok(c) => algebraic_part(reference.distance(&c.surface()), mesh),
         Err(why) => unknown(&why),
     };
+    let path = path_part(session, base, &reference, mesh)?;
     Ok(ErrorReport {
         space,
         time,
         algebraic,
+        path,
         cpu_s: session.cpu_s - before,
         target_m: None,
         decisions: Vec::new(),
@@ -98,8 +102,13 @@ pub(crate) fn attempt(
     scene: SceneFile,
     record: bool,
 ) -> Result<Result<Companion, String>, EstimateError> {
-    match session.run(name, coarser, scene, record) {
-        Ok(companion) => Ok(Ok(companion)),
+    told(session.run(name, coarser, scene, record))
+}
+
+/// Takes a run that failed for one that tells why.
+pub(crate) fn told<T>(run: Result<T, EstimateError>) -> Result<Result<T, String>, EstimateError> {
+    match run {
+        Ok(run) => Ok(Ok(run)),
         Err(e @ EstimateError::Interrupted { .. }) => Err(e),
         Err(e) => Ok(Err(e.to_string())),
     }

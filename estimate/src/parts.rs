@@ -1,7 +1,7 @@
 //! From distances between runs to errors.
 
 use selvedge_record::compare::Distances;
-use selvedge_scene::summary::ErrorPart;
+use selvedge_scene::summary::{ErrorPart, ErrorReport};
 
 /// Lowest and highest order believed of the mesh: below, the meshes are too
 /// coarse to tell; linear triangles have no higher one.
@@ -78,9 +78,29 @@ pub fn algebraic_part(tightened: Distances, mesh: &str) -> ErrorPart {
     }
 }
 
-/// Sum of the parts [m]; `None` when one of them is not known.
-pub fn total(parts: [&ErrorPart; 3]) -> Option<f64> {
+/// The whole error [m]; `None` when a part is not known.
+///
+/// ```text
+/// e = √((e_a + e_h + e_τ)² + e_p²)
+/// ```
+/// Mesh `e_a`, steps `e_h` and tolerances `e_τ` may all err to the same side.
+/// Which end the path leads to, `e_p`, has nothing to do with them, so that
+/// squares add up.
+pub fn total(report: &ErrorReport) -> Option<f64> {
+    let numerics = numerics([&report.space, &report.time, &report.algebraic])?;
+    Some(numerics.hypot(report.path.error_m?))
+}
+
+/// Sum of the parts that finer settings lessen [m].
+pub(crate) fn numerics<const N: usize>(parts: [&ErrorPart; N]) -> Option<f64> {
     parts.iter().map(|p| p.error_m).sum()
+}
+
+/// What the path leaves of a wanted error for mesh, steps and tolerances [m]:
+/// nothing where other beginnings alone end farther apart.
+pub(crate) fn beside_path(target: f64, path: &ErrorPart) -> f64 {
+    let path = path.error_m.unwrap_or(0.0);
+    (target * target - path * path).max(0.0).sqrt()
 }
 
 #[cfg(test)]
@@ -128,11 +148,31 @@ mod tests {
 
     #[test]
     fn parts_add_up() {
-        let space = space_part(mean(1.0), None);
-        let time = time_part(mean(1.0), "there");
-        let mut algebraic = algebraic_part(mean(0.9), "there");
-        assert_relative_eq!(total([&space, &time, &algebraic]).unwrap(), 4.0);
-        algebraic.error_m = None;
-        assert_eq!(total([&space, &time, &algebraic]), None);
+        let mut report = ErrorReport {
+            space: space_part(mean(1.0), None),
+            time: time_part(mean(1.0), "there"),
+            algebraic: algebraic_part(mean(0.9), "there"),
+            path: scatter_part(&[mean(3.0)], "there"),
+            cpu_s: 0.0,
+            target_m: None,
+            decisions: Vec::new(),
+        };
+        assert_relative_eq!(total(&report).unwrap(), 5.0, epsilon = 1e-12);
+        // What the path leaves of that is what the others took.
+        assert_relative_eq!(beside_path(5.0, &report.path), 4.0, epsilon = 1e-12);
+        assert_eq!(beside_path(3.0, &report.path), 0.0);
+        for part in 0..4 {
+            let mut report = report.clone();
+            let parts = [
+                &mut report.space,
+                &mut report.time,
+                &mut report.algebraic,
+                &mut report.path,
+            ];
+            parts.into_iter().nth(part).unwrap().error_m = None;
+            assert_eq!(total(&report), None);
+        }
+        report.path.error_m = Some(0.0);
+        assert_relative_eq!(total(&report).unwrap(), 4.0, epsilon = 1e-12);
     }
 }

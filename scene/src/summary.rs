@@ -169,6 +169,9 @@ pub struct ErrorReport {
     pub time: ErrorPart,
     /// Of Newton's and the linear solver's tolerances.
     pub algebraic: ErrorPart,
+    /// Of the way that the scene came to its end, which no mesh, step or
+    /// tolerance lessens.
+    pub path: ErrorPart,
     /// User time of the runs made for the estimate alone [s].
     pub cpu_s: f64,
     /// The error that was asked for [m].

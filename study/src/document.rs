@@ -19,7 +19,8 @@
 //! `turned = true`: a line for each study and a column for each row value; where
 //! `ratio` is given, the ratio alone, with its median, least and greatest. A block with
 //! `facts = true` and `from` alone lists scene, reference, floor and
-//! recommendation.
+//! recommendation; `stages = "VALUE"` shows the shares of the stages in the runs
+//! with that value of `rows`, and with `turned` their medians.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -30,7 +31,7 @@ use serde::Deserialize;
 use crate::StudyError;
 use crate::markdown::{Cell, digits, markdown};
 use crate::metrics::median;
-use crate::results::{Clock, Results};
+use crate::results::{Clock, Results, Row};
 use crate::table::Table;
 
 /// One block of a template.
@@ -54,6 +55,8 @@ struct Block {
     turned: bool,
     #[serde(default)]
     facts: bool,
+    #[serde(default)]
+    stages: Option<String>,
 }
 
 /// A study and its table.
@@ -110,6 +113,8 @@ pub fn fill(template: &str, name: &str, folder: &Path) -> Result<String, StudyEr
         }
         let html = if block.facts {
             facts(&sources)
+        } else if let Some(value) = &block.stages {
+            stages(&block, &sources, value).map_err(fail)?
         } else {
             tables(&block, &sources).map_err(fail)?
         };
@@ -389,6 +394,24 @@ fn turned(
     }
     out.pop();
     Ok(out)
+}
+
+/// Shares of the stages with one value of a varied key.
+fn stages(block: &Block, sources: &[Source], value: &str) -> Result<String, String> {
+    let mut found = Vec::new();
+    for source in sources {
+        let keys = &source.results.keys;
+        let key = keys.iter().position(|k| *k == block.rows);
+        let fits =
+            |row: &&Row| key.is_some_and(|k| row.settings.get(k).is_some_and(|v| v == value));
+        let row = source.results.rows.iter().find(fits);
+        let figures = row.and_then(|row| row.figures.as_ref());
+        let figures = figures
+            .ok_or_else(|| format!("`{}` has no run `{} = {value}`", source.name, block.rows))?;
+        found.push((source.name.as_str(), &figures.stages_s));
+    }
+    let head = block.head.as_deref().unwrap_or_default();
+    Ok(crate::stages::table(head, block.turned, found.into_iter()))
 }
 
 fn facts(sources: &[Source]) -> String {

@@ -47,6 +47,7 @@ mod run;
 mod sampling;
 mod shape;
 mod shard;
+mod stages;
 mod store;
 mod table;
 

@@ -47,7 +47,7 @@ pub(super) fn estimate(
     };
     match selvedge_estimate::estimate(&mut session, built, result) {
         Ok(report) => {
-            result.summary.error_estimate = total([&report.space, &report.time, &report.algebraic]);
+            result.summary.error_estimate = total(&report);
             result.summary.error = Some(report);
             Ok(write_summary(&options.directory, &result.summary)?)
         }
@@ -135,7 +135,7 @@ pub(super) fn within(
     }
     let report = &within.report;
     result.recording = result.recording.take().map(|_| directory.join("run.mcap"));
-    result.summary.error_estimate = total([&report.space, &report.time, &report.algebraic]);
+    result.summary.error_estimate = total(report);
     result.summary.error = Some(within.report);
     write_summary(directory, &result.summary)?;
     // The same summary would otherwise stand in two places.
@@ -148,17 +148,19 @@ pub(super) fn within(
 pub(super) fn lines(total: Option<f64>, report: &ErrorReport) -> Vec<String> {
     let part = |p: &ErrorPart| p.error_m.map_or("not known".to_owned(), millimetres);
     let mut lines = vec![format!(
-        "error {}: mesh {}, steps {}, tolerances {} ({:.1} s of processor time for the estimate)",
+        "error {}: mesh {}, steps {}, tolerances {}, path {} ({:.1} s of processor time for the estimate)",
         total.map_or("not known".to_owned(), millimetres),
         part(&report.space),
         part(&report.time),
         part(&report.algebraic),
+        part(&report.path),
         report.cpu_s
     )];
     for (what, part) in [
         ("mesh", &report.space),
         ("steps", &report.time),
         ("tolerances", &report.algebraic),
+        ("path", &report.path),
     ] {
         if part.error_m.is_none() {
             lines.push(format!("  {what}: {}", part.how));
@@ -174,6 +176,15 @@ pub(super) fn lines(total: Option<f64>, report: &ErrorReport) -> Vec<String> {
             if met { "within" } else { "NOT within" },
             millimetres(target)
         ));
+        // From here on the path takes more of the target than all else may.
+        let half = 0.5_f64.sqrt() * target;
+        if !met && let Some(path) = report.path.error_m.filter(|path| *path > half) {
+            lines.push(format!(
+                "  this scene does not determine its end any better: begun another way it ends \
+                 {} away, whatever the mesh, the steps and the tolerances",
+                millimetres(path)
+            ));
+        }
     }
     lines
 }
