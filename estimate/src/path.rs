@@ -2,6 +2,7 @@
 
 use selvedge_record::compare::Distances;
 use selvedge_scene::file::SceneFile;
+use selvedge_scene::file::model::Cloth;
 use selvedge_scene::summary::ErrorPart;
 
 use crate::companion::Session;
@@ -17,7 +18,7 @@ const SEED: u64 = 1;
 
 /// The scene begun in other ways.
 fn beginnings(scene: &SceneFile) -> (Vec<SceneFile>, Option<(f64, u64)>, &'static str) {
-    if scene.cloth.iter().any(|c| c.is_pattern()) {
+    if scene.cloth.iter().any(Cloth::is_sewn) {
         let sewn = SEWING.map(|factor| {
             let mut other = scene.clone();
             other.assemble.max_step *= factor;
