@@ -1,8 +1,8 @@
 use selvedge_energy::{Curvature, EvalPoint, StencilEnergy};
 
 use super::{CROSSED, crossed};
-use crate::YarnNetwork;
 use crate::vec3::{V, get, put, put_column, set, square};
+use crate::{NodeContact, YarnNetwork};
 
 /// Stretching of the segments of yarns whose arc lengths slide.
 ///
@@ -27,7 +27,7 @@ use crate::vec3::{V, get, put, put_column, set, square};
 ///
 /// Degenerate cases: a segment of no length has no direction and no force on
 /// its points. Arc lengths in the wrong order, or nearer than [`LEAST_MATERIAL`]
-/// of their distance at rest: see [`CROSSED`].
+/// says: see [`CROSSED`].
 #[derive(Clone, Debug)]
 pub struct YarnStretch {
     stencils: Vec<[u32; 4]>,
@@ -36,7 +36,8 @@ pub struct YarnStretch {
     least: Vec<f64>,
 }
 
-/// Part of the material of a segment at rest below which its ends have met.
+/// Part of the material at rest between two crossings of woven cloth below which
+/// they have met.
 /// `V` is homogeneous in `(l, Δu)`: it falls as a segment shrinks to nothing,
 /// so that nothing parts arc lengths that are this close.
 pub const LEAST_MATERIAL: f64 = 1e-2;
@@ -51,9 +52,16 @@ impl YarnStretch {
         let stiffness = network
             .segments()
             .map(|[a, _]| network.material_of(a).stretch_stiffness());
-        let least = network
-            .segments()
-            .map(|[a, b]| LEAST_MATERIAL * (strands[b as usize].arc - strands[a as usize].arc));
+        let crossing = |s: u32| {
+            let contact = network.contacts[strands[s as usize].node as usize];
+            matches!(contact, NodeContact::Crossing(_))
+        };
+        // Stitches may be drawn out, with no material left in the end.
+        let least = network.segments().map(|[a, b]| {
+            let rest = strands[b as usize].arc - strands[a as usize].arc;
+            let kept = crossing(a) && crossing(b);
+            if kept { LEAST_MATERIAL * rest } else { 0.0 }
+        });
         Self {
             stencils: stencils.collect(),
             stiffness: stiffness.collect(),
@@ -176,11 +184,11 @@ impl StencilEnergy<4, 8> for YarnStretch {
     }
 
     fn complaint(&self, e: usize, q: &[f64; 8]) -> Option<String> {
-        let (left, rest) = (q[7] - q[6], self.least[e] / LEAST_MATERIAL);
-        (left <= self.least[e]).then(|| {
+        let (left, least) = (q[7] - q[6], self.least[e]);
+        (left <= least).then(|| {
             format!(
-                "{left:.3e} m of yarn are left between two contacts, of {rest:.3e} m at rest: \
-                 the contacts have met"
+                "{left:.3e} m of yarn are left between two contacts, at least {least:.3e} m are \
+                 needed: the contacts have met"
             )
         })
     }
@@ -223,7 +231,7 @@ mod tests {
             assert!(stretch.gradient(0, &at(du), &nowhere, &mut g).is_infinite());
             assert!(g.iter().all(|g| g.is_nan()));
             let why = stretch.complaint(0, &at(du)).unwrap();
-            assert!(why.contains("of 1.000e-3 m at rest"), "{why}");
+            assert!(why.contains("at least 1.000e-5 m"), "{why}");
         }
     }
 
