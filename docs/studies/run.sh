@@ -8,7 +8,8 @@
 # goes to every study, for example STUDY_OPTIONS="--repeat 3"; ONLY names the
 # tables to make, for example ONLY="matrix precision", and SPLITTINGS the columns of
 # Table 1. ONLY="stack" makes Table 8; ONLY="garments" makes Table 7 on the sewing
-# patterns of GARMENTS, a folder with garments/*.json and bodies/*.obj.
+# patterns of GARMENTS, a folder with garments/*.json and bodies/*.obj. ONLY="yarns"
+# makes those of cloth of yarns.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 selvedge=${SELVEDGE:-target/release/selvedge}
@@ -84,6 +85,24 @@ EOF
     keep "garment-$name" "$folder"
 }
 
+yarns() { # SCENE DURATION STEPS
+    local scene=$1 duration=$2 steps=$3 folder=out/studies/yarn-$1 table
+    shift 3
+    for table in "" -preconditioner -precision; do
+        case $table in
+        -preconditioner) set -- --vary solver.preconditioner=node-ic,node-jacobi ;;
+        -precision) set -- --vary solver.precision=f64,mixed ;;
+        *) set -- --vary "integrator.max_step=$steps" --vary solver.tolerance=1e-1,1e-2,1e-3 ;;
+        esac
+        # shellcheck disable=SC2086
+        "$selvedge" study "scenes/yarn/$scene.toml" --time cpu --resume \
+            --set "simulation.duration=$duration" --set assembly.threads=1 --plain-reference \
+            --reference integrator.max_step=2.5e-4 --reference solver.tolerance=1e-4 \
+            "$@" ${STUDY_OPTIONS:-} -o "$folder"
+        keep "yarn-$scene$table" "$folder"
+    done
+}
+
 features="solver.matrix&solver.precision&solver.preconditioner&assembly.reorder&assembly.scatter=\
 reassembled&f64&none&none&atomics,dual&f64&none&none&atomics,dual&mixed&none&none&atomics,\
 dual&mixed&block-jacobi&none&atomics,dual&mixed&block-jacobi&rcm&atomics,\
@@ -98,6 +117,10 @@ if asked stack; then
     stack stiff-bending 1 --set $bending=5e-4
     stack two 2
     stack three 3
+fi
+if asked yarns; then
+    yarns rib-stretch 2 4e-3,2e-3,1e-3,5e-4
+    yarns pullover 0.02 2e-3,1e-3,5e-4
 fi
 if asked garments; then
     for name in ${NAMES:-g005 g016 g018 g033 g046 g061 g071 g072 hoody_mean shirt_mean}; do
