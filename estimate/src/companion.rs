@@ -104,7 +104,7 @@ impl Session<'_> {
         };
         let mut built = BuiltScene::new(parsed).map_err(|e| EstimateError::Run {
             name: name.to_owned(),
-            source: e.into(),
+            source: Box::new(e.into()),
         })?;
         if let Some((size, seed)) = displaced {
             built.perturb(size, seed);
@@ -129,7 +129,7 @@ impl Session<'_> {
             .write(&self.folder(name))
             .map_err(|source| EstimateError::Run {
                 name: name.to_owned(),
-                source,
+                source: Box::new(source),
             })?;
         Ok(Companion {
             built,
@@ -186,7 +186,7 @@ impl Session<'_> {
         };
         let result = result.map_err(|source| EstimateError::Run {
             name: name.to_owned(),
-            source,
+            source: Box::new(source),
         })?;
         match result.summary.status {
             Status::Stopped => Err(EstimateError::Interrupted {

@@ -10,7 +10,7 @@ pub enum EstimateError {
         /// Name of the companion, and of its folder.
         name: String,
         /// Why.
-        source: RunError,
+        source: Box<RunError>,
     },
     /// A companion ended with an error of its own.
     #[error("the run `{name}` failed: {reason}")]

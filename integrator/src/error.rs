@@ -128,9 +128,9 @@ pub enum StepError {
         /// See `x`.
         z: f64,
         /// Term that gave the value, where one is known.
-        term: Option<String>,
+        term: Option<Box<str>>,
         /// Why, where the term can say.
-        why: Option<String>,
+        why: Option<Box<str>>,
     },
     /// Points moved beyond the range of the contact candidates, repeatedly.
     #[error("points moved beyond the contact margin {tries} times in one step")]
@@ -165,13 +165,13 @@ pub enum StepError {
     Contact(#[from] CollisionError),
 }
 
-fn from_term(term: &Option<String>) -> String {
+fn from_term(term: &Option<Box<str>>) -> String {
     term.as_ref()
         .map(|t| format!(", from term `{t}`"))
         .unwrap_or_default()
 }
 
-fn because(why: &Option<String>) -> String {
+fn because(why: &Option<Box<str>>) -> String {
     why.as_ref().map(|w| format!(": {w}")).unwrap_or_default()
 }
 

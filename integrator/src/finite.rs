@@ -32,8 +32,14 @@ pub(crate) fn in_residual(
             if !value.is_finite() || g.iter().any(|g| !g.is_finite()) {
                 let first = state.layout.offset(batch.nodes(e)[0], batch.node_dims()[0]);
                 let point = state.point_of(first, &plan.owners);
-                let term = Some(batch.name().to_owned());
-                return error(state, point, "the force", term, batch.complaint(at, e));
+                let term = Some(batch.name().into());
+                return error(
+                    state,
+                    point,
+                    "the force",
+                    term,
+                    batch.complaint(at, e).map(String::into),
+                );
             }
         }
     }
@@ -46,8 +52,8 @@ fn error(
     state: &State,
     point: usize,
     what: &'static str,
-    term: Option<String>,
-    why: Option<String>,
+    term: Option<Box<str>>,
+    why: Option<Box<str>>,
 ) -> StepError {
     let at = |i: usize| state.q.get(3 * point + i).copied().unwrap_or(f64::NAN);
     StepError::NotFinite {

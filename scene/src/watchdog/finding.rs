@@ -101,7 +101,7 @@ pub(super) fn place(built: &BuiltScene, simulation: &mut Simulation, error: &Ste
             term,
             ..
         } => Place {
-            term: term.clone(),
+            term: term.as_deref().map(str::to_owned),
             points: vec![scene_point(built, *point)],
             at: finite([*x, *y, *z]),
         },

@@ -20,7 +20,7 @@ use crate::signals;
 impl From<EstimateError> for Failure {
     fn from(error: EstimateError) -> Self {
         match error {
-            EstimateError::Run { source, .. } => source.into(),
+            EstimateError::Run { source, .. } => (*source).into(),
             other => Self::Other(other.to_string()),
         }
     }
