@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use selvedge_record::compare::{SurfaceOptions, compare_points, compare_surfaces};
+use selvedge_record::compare::{self, SurfaceOptions, compare_points, compare_surfaces};
 use serde::{Deserialize, Serialize};
 
 use crate::record::Figures;
@@ -14,9 +14,10 @@ pub struct Distances {
     /// Between points of equal index; `None` for different meshes.
     pub vertices: Option<VertexDistances>,
     /// Mean distance of the points of either surface to the other surface, the
-    /// larger of both directions.
+    /// larger of both directions. Of yarns, which have no surface: the mean of
+    /// `vertices`, an upper bound.
     pub surface_mean_m: f64,
-    /// Hausdorff distance of the surfaces.
+    /// Hausdorff distance of the surfaces; of yarns the largest of `vertices`.
     pub hausdorff_m: f64,
 }
 
@@ -31,7 +32,8 @@ pub struct VertexDistances {
     pub max_m: f64,
 }
 
-/// Compares two shapes; `None` when one of them has no surface.
+/// Compares two shapes; `None` when one of them alone has no surface, or when
+/// both have none and differ in points.
 pub fn distances(a: &Shape, b: &Shape) -> Option<Distances> {
     let same = a.triangles == b.triangles && a.positions.len() == b.positions.len();
     let vertices = match same {
@@ -44,14 +46,18 @@ pub fn distances(a: &Shape, b: &Shape) -> Option<Distances> {
         let zero = Distances::default();
         return Some(Distances { vertices, ..zero });
     }
+    if same && a.triangles.is_empty() {
+        let d = vertices?;
+        return Some(Distances {
+            vertices: Some(of_points(&d)),
+            surface_mean_m: d.mean,
+            hausdorff_m: d.max,
+        });
+    }
     let options = SurfaceOptions::default();
     let surfaces = compare_surfaces(&a.surface(), &b.surface(), &options).ok()?;
     Some(Distances {
-        vertices: vertices.map(|d| VertexDistances {
-            mean_m: d.mean,
-            p95_m: d.p95,
-            max_m: d.max,
-        }),
+        vertices: vertices.as_ref().map(of_points),
         surface_mean_m: surfaces
             .a_to_b
             .vertices
@@ -59,6 +65,14 @@ pub fn distances(a: &Shape, b: &Shape) -> Option<Distances> {
             .max(surfaces.b_to_a.vertices.mean),
         hausdorff_m: surfaces.hausdorff,
     })
+}
+
+fn of_points(d: &compare::Distances) -> VertexDistances {
+    VertexDistances {
+        mean_m: d.mean,
+        p95_m: d.p95,
+        max_m: d.max,
+    }
 }
 
 /// Energies of a run less those of the reference, by term \[J\]; a term that
@@ -156,6 +170,14 @@ mod tests {
         let d = distances(&square(0.0), &other).unwrap();
         assert!(d.vertices.is_none() && (d.hausdorff_m - 0.5).abs() < 1e-9);
         assert_eq!(distances(&square(0.0), &Shape::default()), None);
+        // Yarns have points alone.
+        let points = |z| Shape {
+            triangles: Vec::new(),
+            ..square(z)
+        };
+        let d = distances(&points(0.0), &points(0.25)).unwrap();
+        assert_eq!(d.vertices.unwrap().max_m, 0.25);
+        assert_eq!((d.surface_mean_m, d.hausdorff_m), (0.25, 0.25));
         let (a, b, c) = (square(0.0), square(1e-6), square(-1e-6));
         let floor = Floor::of(&[&a, &b, &c]).unwrap();
         assert!((floor.mean_m - 2e-6).abs() < 1e-15 && floor.runs == 3);
