@@ -100,6 +100,7 @@ yarns() { # SCENE DURATION STEPS
             --reference integrator.max_step=2.5e-4 --reference solver.tolerance=1e-4 \
             "$@" ${STUDY_OPTIONS:-} -o "$folder"
         keep "yarn-$scene$table" "$folder"
+        test -n "$table" || python3 docs/studies/pareto.py "$folder/study.html" "docs/images/pareto-${scene%%-*}.svg"
     done
 }
 
