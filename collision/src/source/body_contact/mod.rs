@@ -151,20 +151,26 @@ impl BodyContact {
         self
     }
 
+    /// Refuses an array that has not one entry for every point.
+    fn one_a_point(&self, what: &'static str, found: usize) -> Result<(), CollisionError> {
+        let expected = self.point_count;
+        if found == expected {
+            return Ok(());
+        }
+        Err(CollisionError::Length {
+            what,
+            found,
+            expected,
+        })
+    }
+
     /// Rest areas of all points \[m²\], for a stiffness per area; without them
     /// every point counts as 1 cm².
     ///
     /// # Errors
     /// [`CollisionError::Length`].
     pub fn with_areas(mut self, areas: Vec<f64>) -> Result<Self, CollisionError> {
-        if areas.len() != self.point_count {
-            let (found, expected) = (areas.len(), self.point_count);
-            return Err(CollisionError::Length {
-                what: "areas",
-                found,
-                expected,
-            });
-        }
+        self.one_a_point("areas", areas.len())?;
         self.areas = areas;
         Ok(self)
     }
@@ -182,14 +188,7 @@ impl BodyContact {
     /// # Errors
     /// [`CollisionError::Length`].
     pub fn with_masses(mut self, masses: &[f64]) -> Result<Self, CollisionError> {
-        if masses.len() != self.point_count {
-            let (found, expected) = (masses.len(), self.point_count);
-            return Err(CollisionError::Length {
-                what: "masses",
-                found,
-                expected,
-            });
-        }
+        self.one_a_point("masses", masses.len())?;
         self.masses = masses.to_vec();
         Ok(self)
     }
@@ -205,14 +204,7 @@ impl BodyContact {
         masses: &[f64],
     ) -> Result<Self, CollisionError> {
         friction.validate()?;
-        if masses.len() != self.point_count {
-            let (found, expected) = (masses.len(), self.point_count);
-            return Err(CollisionError::Length {
-                what: "masses",
-                found,
-                expected,
-            });
-        }
+        self.one_a_point("masses", masses.len())?;
         self.inverse_masses = inverse_masses(masses);
         self.friction = Some(friction);
         self.pair(friction.coefficient());
