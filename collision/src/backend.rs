@@ -2,12 +2,15 @@ use crate::{CollisionError, CollisionMesh};
 
 /// Pairs of primitives that may come into contact, each once and in ascending
 /// order: the list depends on positions and reach alone.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Candidates {
     /// `[vertex, triangle]`
     pub vertex_triangle: Vec<[u32; 2]>,
     /// `[edge, edge]`, the lower one first.
     pub edge_edge: Vec<[u32; 2]>,
+    /// At most the distance of every pair at the start \[m\], those of vertices and
+    /// triangles first; empty where the back-end does not tell.
+    pub least: Vec<f32>,
 }
 
 impl Candidates {
@@ -25,6 +28,7 @@ impl Candidates {
     pub fn clear(&mut self) {
         self.vertex_triangle.clear();
         self.edge_edge.clear();
+        self.least.clear();
     }
 }
 

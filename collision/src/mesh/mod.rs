@@ -4,7 +4,7 @@ mod areas;
 mod exclusions;
 mod patches;
 
-pub(crate) use patches::{PATCH_EDGES, PATCH_POINTS, PATCH_TRIANGLES, Patch, Patches};
+pub(crate) use patches::{PATCH_EDGES, PATCH_POINTS, Patch, Patches};
 
 use areas::{edge_areas, voronoi_area};
 

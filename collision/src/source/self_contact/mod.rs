@@ -1,5 +1,6 @@
 mod bounds;
 mod memory;
+mod near;
 mod overlap;
 mod pass;
 mod skin;
@@ -8,6 +9,7 @@ use selvedge_energy::{DofLayout, EvalPoint};
 
 use bounds::{Bounds, Moves};
 use memory::Memory;
+use near::{Near, Visit};
 use overlap::Overlap;
 use pass::{LaggedContact, Pairs, Pass, Task};
 use skin::Skin;
@@ -29,9 +31,16 @@ const NAME: &str = "self-contact";
 /// Steps that a skin has to last to be worth its wider search.
 const SKIN_STEPS: f64 = 6.0;
 
+/// By how many thicknesses a pair may come closer before the candidates that may
+/// be in contact are listed again.
+const NEAR: f32 = 0.5;
+
+/// Thicknesses from which a pair keeps its bound from step to step.
+const ENOUGH: f32 = 1.5;
+
 /// Candidates of task `i`.
-fn chunk(i: usize, count: usize) -> std::ops::Range<usize> {
-    i * CHUNK..((i + 1) * CHUNK).min(count)
+fn chunk(i: usize, count: usize) -> Visit<'static> {
+    Visit::All(i * CHUNK..((i + 1) * CHUNK).min(count))
 }
 
 /// How far detection looks.
@@ -85,6 +94,7 @@ pub struct SelfContact {
     spare: Memory,
     lagged: Vec<LaggedContact>,
     moves: Moves,
+    near: Near,
     tasks: Vec<Task>,
     active: usize,
     deepest: f64,
@@ -117,6 +127,7 @@ impl SelfContact {
             spare: Memory::default(),
             lagged: Vec::new(),
             moves: Moves::default(),
+            near: Near::default(),
             tasks: Vec::new(),
             active: 0,
             deepest: 0.0,
@@ -205,7 +216,9 @@ impl SelfContact {
         let place = self.skin.place();
         let candidates = &mut self.pairs.candidates;
         self.backend
-            .detect(&self.pairs.mesh, place, place, reach, candidates)
+            .detect(&self.pairs.mesh, place, place, reach, candidates)?;
+        self.pairs.bounds.take(candidates, place);
+        Ok(())
     }
 
     /// By how much the pairs at every point are closer than the thickness [m].
@@ -248,7 +261,8 @@ impl SelfContact {
     pub fn contacts(&self, at: &EvalPoint<'_>, out: &mut ContactSet) {
         out.clear();
         let pass = Pass::new(&self.pairs, at, false);
-        pass.each(0..self.pairs.candidates.len(), |_, kind, pair, side, _| {
+        let all = Visit::All(0..self.pairs.candidates.len());
+        pass.each(all, |_, kind, pair, side, _| {
             if let Meeting::Touching(t) = pass.meet(kind, pair, side) {
                 out.nodes.push(pass.nodes(kind, pair));
                 out.weights.push(t.weights);
@@ -295,6 +309,36 @@ impl SelfContact {
     }
 }
 
+/// The list of candidates that may be in contact at `moves`, made anew where
+/// the last one does not hold.
+fn list_near<'a>(
+    pass: &Pass<'_>,
+    moves: &Moves,
+    count: usize,
+    near: &'a mut Near,
+    tasks: &mut Vec<Task>,
+) -> &'a Near {
+    if !near.holds(moves) {
+        let room = NEAR * pass.thickness() as f32;
+        near.begin(moves, room);
+        in_order(
+            count.div_ceil(CHUNK),
+            tasks,
+            |i, task| pass.list_near(chunk(i, count), room, task),
+            |task| near.push(&task.near),
+        );
+    }
+    near
+}
+
+/// Candidates that task `i` looks at.
+fn of_chunk(i: usize, count: usize, near: Option<&Near>) -> Visit<'_> {
+    match near {
+        Some(near) => Visit::Near(near.of(i).iter()),
+        None => chunk(i, count),
+    }
+}
+
 impl ContactSource for SelfContact {
     fn name(&self) -> &str {
         NAME
@@ -314,8 +358,8 @@ impl ContactSource for SelfContact {
         let skin = skin.min(0.25 * mesh.shortest_edge());
         let count = 3 * mesh.points();
         let (start, predicted) = (&step.q_start[..count], &step.q_predicted[..count]);
+        self.near.clear();
         if !self.skin.holds(start, predicted) {
-            self.pairs.bounds.clear();
             if self
                 .skin
                 .lay(start, predicted, (1.0 + overshoot) * SKIN_STEPS, skin)
@@ -332,15 +376,21 @@ impl ContactSource for SelfContact {
                     reach,
                     &mut self.pairs.candidates,
                 )?;
+                let Pairs {
+                    bounds, candidates, ..
+                } = &mut self.pairs;
+                bounds.take(candidates, start);
             }
         }
         let Pairs {
             bounds,
             candidates,
             mesh,
+            potential,
             ..
         } = &mut self.pairs;
-        bounds.measure(mesh, candidates, start);
+        let enough = ENOUGH * potential.thickness() as f32;
+        bounds.advance(mesh, candidates, start, enough, &mut self.moves);
         if release > 0.0 {
             if !self.pairs.overlap.measured {
                 let start = self.overlaps(step.q_start);
@@ -364,13 +414,20 @@ impl ContactSource for SelfContact {
         self.check_length(at)?;
         let (mut energy, mut deepest, mut active) = (0.0, 0.0_f64, 0);
         let count = self.pairs.candidates.len();
-        let bounds = &self.pairs.bounds;
-        let moves = self.moves.from_start(bounds, count, at.q_start, at.q);
-        let pass = Pass::new(&self.pairs, at, curvature).with_moves(moves);
+        let Self {
+            pairs,
+            moves,
+            near,
+            tasks,
+            ..
+        } = self;
+        let moves = moves.from_start(&pairs.bounds, count, at.q_start, at.q);
+        let pass = Pass::new(pairs, at, curvature).with_moves(moves);
+        let near = moves.map(|moves| list_near(&pass, moves, count, near, tasks));
         in_order(
             count.div_ceil(CHUNK),
-            &mut self.tasks,
-            |i, task| pass.evaluate(chunk(i, count), task),
+            tasks,
+            |i, task| pass.evaluate(of_chunk(i, count, near), task),
             |task| {
                 out.extend(&task.response);
                 energy += task.energy;
@@ -413,17 +470,26 @@ impl ContactSource for SelfContact {
         if self.check_length(at).is_err() {
             return;
         }
-        let (memory, count) = (&mut self.spare, self.pairs.candidates.len());
-        let bounds = &self.pairs.bounds;
-        let moves = self.moves.from_start(bounds, count, at.q_start, at.q);
-        let pass = Pass::new(&self.pairs, at, false).with_moves(moves);
+        let count = self.pairs.candidates.len();
+        let Self {
+            pairs,
+            moves,
+            near,
+            tasks,
+            spare: memory,
+            ..
+        } = self;
+        let moves = moves.from_start(&pairs.bounds, count, at.q_start, at.q);
+        let pass = Pass::new(pairs, at, false).with_moves(moves);
+        let listed = moves.map(|moves| list_near(&pass, moves, count, near, tasks));
         memory.clear();
         in_order(
             count.div_ceil(CHUNK),
-            &mut self.tasks,
-            |i, task| pass.remember(chunk(i, count), task),
+            tasks,
+            |i, task| pass.remember(of_chunk(i, count, listed), task),
             |task| memory.append(&mut task.memory),
         );
+        self.near.clear();
         std::mem::swap(&mut self.spare, &mut self.pairs.memory);
     }
 
@@ -455,7 +521,7 @@ impl ContactSource for SelfContact {
         self.pairs.memory = Memory::from_numbers(memory, anchored, limits)?;
         self.pairs.overlap = overlap;
         self.skin = skin;
-        self.pairs.bounds.clear();
+        self.near.clear();
         // The candidates are those of the last search, so that a restored run
         // goes on with the same bits.
         if self.skin.is_laid() {
@@ -468,7 +534,7 @@ impl ContactSource for SelfContact {
         let tasks: usize = self
             .tasks
             .iter()
-            .map(|t| t.response.heap_bytes() + t.memory.heap_bytes() + 80 * t.lagged.capacity())
+            .map(|t| t.response.heap_bytes() + t.memory.heap_bytes() + 80 * t.lagged.capacity() + 4 * t.near.capacity())
             .sum();
         self.pairs.mesh.heap_bytes()
             + self.backend.heap_bytes()
@@ -477,8 +543,10 @@ impl ContactSource for SelfContact {
             + 8 * (self.pairs.inverse_masses.capacity() + self.pairs.coefficients.capacity())
             + 8 * (self.pairs.candidates.vertex_triangle.capacity()
                 + self.pairs.candidates.edge_edge.capacity())
+            + 4 * self.pairs.candidates.least.capacity()
             + self.pairs.bounds.heap_bytes()
             + self.moves.heap_bytes()
+            + self.near.heap_bytes()
             + self.pairs.memory.heap_bytes()
             + self.pairs.overlap.heap_bytes()
             + self.spare.heap_bytes()

@@ -1,9 +1,8 @@
-use std::ops::Range;
-
 use selvedge_energy::EvalPoint;
 
 use super::bounds::{Bounds, Moves};
 use super::memory::{Anchor, Memory, Record};
+use super::near::Visit;
 use super::overlap::Overlap;
 use crate::friction::{AnchorState, anchor_damping, from_frame, to_frame};
 use crate::narrow::PairKind;
@@ -67,6 +66,8 @@ pub(super) struct Task {
     pub energy: f64,
     pub deepest: f64,
     pub active: usize,
+    /// Candidates that may be in contact.
+    pub near: Vec<u32>,
     /// Contacts on a boundary: their nodes in order, and their place.
     boundary: Vec<([u32; 3], u32)>,
 }
@@ -98,16 +99,20 @@ impl<'a> Pass<'a> {
         }
     }
 
+    pub(super) fn thickness(&self) -> f64 {
+        self.thickness
+    }
+
     /// Passes over what `moves` leave apart.
     pub(super) fn with_moves(self, moves: Option<&'a Moves>) -> Self {
         Self { moves, ..self }
     }
 
-    /// Calls `visit(i, kind, pair, side, anchor)` for a range of candidates, in
-    /// order, with what they remember.
+    /// Calls `visit(i, kind, pair, side, anchor)` for some candidates, in order,
+    /// with what they remember.
     pub(super) fn each(
         &self,
-        range: Range<usize>,
+        candidates: Visit<'_>,
         mut visit: impl FnMut(usize, PairKind, [u32; 2], Option<Side>, Option<Anchor>),
     ) {
         let c = &self.pairs.candidates;
@@ -120,13 +125,10 @@ impl<'a> Pass<'a> {
                 (PairKind::EdgeEdge, c.edge_edge[i - split])
             }
         };
-        if range.is_empty() {
-            return;
-        }
-        let first = get(range.start);
-        let mut r = records.partition_point(|r| r.key() < first);
-        for i in range {
+        let mut next = None;
+        for i in candidates {
             let key = get(i);
+            let mut r = next.unwrap_or_else(|| records.partition_point(|r| r.key() < key));
             while r < records.len() && records[r].key() < key {
                 r += 1;
             }
@@ -134,6 +136,7 @@ impl<'a> Pass<'a> {
             let side = known.then(|| records[r].side());
             let anchor = if known { anchors.get(r).copied() } else { None };
             visit(i, key.0, key.1, side, anchor);
+            next = Some(r);
         }
     }
 
@@ -148,13 +151,28 @@ impl<'a> Pass<'a> {
     /// Whether a pair that remembers nothing cannot have come into contact.
     #[inline]
     fn stays_apart(&self, i: usize, kind: PairKind, pair: [u32; 2], side: Option<Side>) -> bool {
+        side.is_none() && self.leaves(i, kind, pair, 0.0)
+    }
+
+    /// Whether a pair stays farther apart than the thickness and `room` [m].
+    #[inline]
+    fn leaves(&self, i: usize, kind: PairKind, pair: [u32; 2], room: f32) -> bool {
         self.moves.is_some_and(|moves| {
-            side.is_none() && {
-                let nodes = self.nodes(kind, pair);
-                let bounds = &self.pairs.bounds;
-                bounds.apart(i, kind, &nodes, moves, self.thickness as f32)
-            }
+            let nodes = self.nodes(kind, pair);
+            let far = self.thickness as f32 + room;
+            self.pairs.bounds.apart(i, kind, &nodes, moves, far)
         })
+    }
+
+    /// Candidates that may come into contact when pairs come closer by `room`
+    /// [m], and those that remember something.
+    pub(super) fn list_near(&self, candidates: Visit<'_>, room: f32, task: &mut Task) {
+        task.near.clear();
+        self.each(candidates, |i, kind, pair, side, _| {
+            if side.is_some() || !self.leaves(i, kind, pair, room) {
+                task.near.push(i as u32);
+            }
+        });
     }
 
     #[inline]
@@ -254,11 +272,11 @@ impl<'a> Pass<'a> {
         }
     }
 
-    pub(super) fn evaluate(&self, range: Range<usize>, task: &mut Task) {
+    pub(super) fn evaluate(&self, candidates: Visit<'_>, task: &mut Task) {
         task.response.clear();
         task.boundary.clear();
         (task.energy, task.deepest, task.active) = (0.0, 0.0, 0);
-        self.each(range, |i, kind, pair, side, anchor| {
+        self.each(candidates, |i, kind, pair, side, anchor| {
             if self.stays_apart(i, kind, pair, side) {
                 return;
             }
@@ -294,10 +312,10 @@ impl<'a> Pass<'a> {
         merge(&mut task.response, &mut task.boundary);
     }
 
-    pub(super) fn remember(&self, range: Range<usize>, task: &mut Task) {
+    pub(super) fn remember(&self, candidates: Visit<'_>, task: &mut Task) {
         let memory = &mut task.memory;
         memory.clear();
-        self.each(range, |i, kind, pair, side, anchor| {
+        self.each(candidates, |i, kind, pair, side, anchor| {
             if self.stays_apart(i, kind, pair, side) {
                 return;
             }
@@ -345,9 +363,9 @@ impl<'a> Pass<'a> {
     }
 
     /// Normal forces, for lagged friction.
-    pub(super) fn lag(&self, range: Range<usize>, task: &mut Task) {
+    pub(super) fn lag(&self, candidates: Visit<'_>, task: &mut Task) {
         task.lagged.clear();
-        self.each(range, |_, kind, pair, side, _| {
+        self.each(candidates, |_, kind, pair, side, _| {
             let Meeting::Touching(t) = self.meet(kind, pair, side) else {
                 return;
             };
