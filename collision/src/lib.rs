@@ -10,7 +10,7 @@
 //! | how hard do they repel | [`ContactPotential`] | [`ContactQuadratic`] |
 //! | how do they rub | [`Friction`] | [`FrictionAnchored`], [`FrictionLagged`] |
 //! | where is an obstacle | [`Body`] | see [`body`] |
-//! | what does the solver get | [`ContactSource`] | [`SelfContact`], [`BodyContact`] |
+//! | what does the solver get | [`ContactSource`] | [`SelfContact`], [`BodyContact`], [`BodyFaces`] |
 //!
 //! A contact is one gap vector `Σ wᵢ xᵢ` of four nodes; forces and 3 × 3
 //! curvatures act on it, so that a contact is some 20 numbers and not a
@@ -71,6 +71,7 @@ pub use mesh::CollisionMesh;
 pub use potential::{ContactPotential, ContactQuadratic, ContactStiffness, Repulsion};
 pub use proximity::ProximityBackend;
 pub use source::{
-    BodyContact, BodyContactSettings, ContactSource, SelfContact, SelfContactSettings, StepStart,
+    BodyContact, BodyContactSettings, BodyFaces, ContactSource, SelfContact, SelfContactSettings,
+    StepStart,
 };
 pub use untangle::Untangle;

@@ -413,6 +413,7 @@ mod effects {
             };
             let name = match part {
                 "body-contact" => "body contact",
+                "body-faces" => "faces on bodies",
                 "trim" => "trims",
                 part => part,
             };

@@ -81,6 +81,7 @@ fn structs_hold_what_the_keys_describe() {
                 "bending",
                 "friction",
                 "part_crossed",
+                "body_faces",
                 "point_tolerance",
             ]
             .contains(&key.as_str());

@@ -76,6 +76,28 @@ fn after(mut s: Simulation, steps: u64) -> (Vec<u64>, u64) {
     (bits(&s), s.counters().linear_iterations)
 }
 
+/// Bodies meet triangles when the scene says so: otherwise nothing of it is in
+/// the plan, and every bit of a run is that without the key.
+#[test]
+fn body_faces_cost_nothing_when_off() {
+    let scene = [BARE, BALL].concat();
+    let key = "contact.body_faces";
+    let (absent, off) = (build(&scene, &[]), build(&scene, &[(key, "false")]));
+    for built in [&absent, &off] {
+        assert!(!contacts(&built.simulation).contains(&"body-faces"));
+        let row = row(&built.effects, "faces on bodies");
+        assert_eq!((row.on, row.bytes), (false, 0));
+    }
+    assert_eq!(absent.simulation.heap_bytes(), off.simulation.heap_bytes());
+    let on = build(&scene, &[(key, "true")]);
+    assert!(contacts(&on.simulation).contains(&"body-faces"));
+    assert!(row(&on.effects, "faces on bodies").on);
+    let alone = build(BARE, &[(key, "true")]);
+    assert!(alone.simulation.plan().contacts.is_empty());
+    assert_eq!(row(&alone.effects, "faces on bodies").reason, "no bodies");
+    assert_eq!(after(absent.simulation, 40), after(off.simulation, 40));
+}
+
 /// A plan for bare cloth holds membrane and bending and no more; every other
 /// effect is listed as off, with a reason, no stencils and no memory.
 #[test]

@@ -86,6 +86,11 @@ pub trait Body: Send + Sync {
     fn from_body(&self, p: [f64; 3], _time: f64) -> [f64; 3] {
         p
     }
+    /// Whether the body is convex and its distance exact, which is then a convex
+    /// function: over a triangle it has one minimum.
+    fn is_convex(&self) -> bool {
+        false
+    }
     /// Coulomb friction coefficient of this body's material [1], which contact
     /// pairs with the cloth's; `None` leaves the choice to the cloth.
     fn friction(&self) -> Option<f64> {
@@ -113,6 +118,9 @@ macro_rules! forward {
             }
             fn from_body(&self, p: [f64; 3], time: f64) -> [f64; 3] {
                 (**self).from_body(p, time)
+            }
+            fn is_convex(&self) -> bool {
+                (**self).is_convex()
             }
             fn friction(&self) -> Option<f64> {
                 (**self).friction()

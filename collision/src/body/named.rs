@@ -70,6 +70,9 @@ impl<B: Body> Body for Named<B> {
     fn from_body(&self, p: [f64; 3], time: f64) -> [f64; 3] {
         self.body.from_body(p, time)
     }
+    fn is_convex(&self) -> bool {
+        self.body.is_convex()
+    }
     fn friction(&self) -> Option<f64> {
         self.friction
     }

@@ -71,11 +71,11 @@ impl Segments {
         let s = unit_range((uv * vr - ur * vv) / above_zero(uu * vv - uv * uv));
         let t = unit_range((uv * s + vr) / above_zero(vv));
         let s = unit_range((uv * t - ur) / above_zero(uu));
-        let gap = [0, 1, 2].map(|k| r[k] + s * u[k] - t * v[k]);
+        let gap = sub(along(r, s, u), scale(t, v));
         let most = dot(gap, gap).sqrt();
         let zero = f32x8::splat(0.0);
-        let along = dot(r, gap) + dot(u, gap).fast_min(zero) - dot(v, gap).fast_max(zero);
-        let least = along / above_zero(most);
+        let apart = dot(r, gap) + dot(u, gap).fast_min(zero) - dot(v, gap).fast_max(zero);
+        let least = apart / above_zero(most);
         Range { least, most }
     }
 }
@@ -91,16 +91,16 @@ impl Triangles {
     #[inline]
     pub fn distances(&self, p: Lanes3) -> Range {
         let x = self.corners;
-        let r = x.map(|x| sub(p, x));
+        let r = [sub(p, x[0]), sub(p, x[1]), sub(p, x[2])];
         let mut gap = r[0];
         let mut best = f32x8::splat(f32::INFINITY);
         for (i, j) in [(0, 1), (1, 2), (2, 0)] {
             let e = sub(x[j], x[i]);
             let s = unit_range(dot(r[i], e) / above_zero(dot(e, e)));
-            let to = [0, 1, 2].map(|k| r[i][k] - s * e[k]);
+            let to = sub(r[i], scale(s, e));
             let square = dot(to, to);
             let closer = square.simd_lt(best);
-            gap = [0, 1, 2].map(|k| closer.bitselect(to[k], gap[k]));
+            gap = select(closer, to, gap);
             best = closer.bitselect(square, best);
         }
         let (e1, e2) = (sub(x[1], x[0]), sub(x[2], x[0]));
@@ -110,12 +110,12 @@ impl Triangles {
         let (b1, b2) = ((c * d1 - b * d2) / det, (a * d2 - b * d1) / det);
         let zero = f32x8::splat(0.0);
         let inside = b1.simd_ge(zero) & b2.simd_ge(zero) & (b1 + b2).simd_le(f32x8::splat(1.0));
-        let across = [0, 1, 2].map(|k| r[0][k] - b1 * e1[k] - b2 * e2[k]);
-        gap = [0, 1, 2].map(|k| inside.bitselect(across[k], gap[k]));
+        let across = sub(sub(r[0], scale(b1, e1)), scale(b2, e2));
+        gap = select(inside, across, gap);
         let most = dot(gap, gap).sqrt();
-        let along = r.map(|r| dot(r, gap));
-        let along = along[0].fast_min(along[1]).fast_min(along[2]);
-        let least = along / above_zero(most);
+        let apart = dot(r[0], gap).fast_min(dot(r[1], gap));
+        let apart = apart.fast_min(dot(r[2], gap));
+        let least = apart / above_zero(most);
         Range { least, most }
     }
 }
@@ -128,6 +128,23 @@ fn sub(a: Lanes3, b: Lanes3) -> Lanes3 {
 #[inline]
 fn dot(a: Lanes3, b: Lanes3) -> f32x8 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+#[inline]
+fn scale(s: f32x8, a: Lanes3) -> Lanes3 {
+    [s * a[0], s * a[1], s * a[2]]
+}
+
+/// `a + s b`
+#[inline]
+fn along(a: Lanes3, s: f32x8, b: Lanes3) -> Lanes3 {
+    [a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]]
+}
+
+#[inline]
+fn select(mask: f32x8, a: Lanes3, b: Lanes3) -> Lanes3 {
+    let each = |k: usize| mask.bitselect(a[k], b[k]);
+    [each(0), each(1), each(2)]
 }
 
 #[inline]
@@ -149,7 +166,10 @@ mod tests {
 
     impl Random {
         fn next(&mut self) -> f64 {
-            self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            self.0 = self
+                .0
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
             (self.0 >> 11) as f64 / (1_u64 << 53) as f64
         }
 

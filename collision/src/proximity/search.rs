@@ -7,7 +7,7 @@ use crate::narrow::{closest_edge_edge, closest_point_triangle};
 use crate::vec3::Vec3;
 
 /// Patches that a task keeps at hand.
-const KEPT: usize = 64;
+const KEPT: usize = 128;
 
 /// Rounding of distances in single precision, relative to the largest
 /// coordinate: five times what three products, a root and a quotient can lose.
@@ -65,7 +65,9 @@ impl<'a> Search<'a> {
         [min, max]: [Vec3; 2],
     ) -> Self {
         let origin = [0, 1, 2].map(|k| 0.5 * (min[k] + max[k]));
-        let extent = (0..3).map(|k| 0.5 * (max[k] - min[k])).fold(reach, f64::max);
+        let extent = (0..3)
+            .map(|k| 0.5 * (max[k] - min[k]))
+            .fold(reach, f64::max);
         Self {
             mesh,
             q_start,
@@ -78,7 +80,8 @@ impl<'a> Search<'a> {
 
     #[inline]
     pub fn single(&self, p: Vec3) -> [f32; 3] {
-        [0, 1, 2].map(|k| (p[k] - self.origin[k]) as f32)
+        let c = |k: usize| (p[k] - self.origin[k]) as f32;
+        [c(0), c(1), c(2)]
     }
 
     /// Pairs of two patches each; those with the same first one in a row.
@@ -140,7 +143,10 @@ impl<'a> Search<'a> {
                     continue;
                 }
                 let corners = pb.corners[k];
-                if !a.points[i].inflate(self.reach).overlaps(&b.triangle_box(corners)) {
+                if !a.points[i]
+                    .inflate(self.reach)
+                    .overlaps(&b.triangle_box(corners))
+                {
                     continue;
                 }
                 let sure = below >> lane & 1 == 1;
@@ -170,7 +176,11 @@ impl<'a> Search<'a> {
         for i in 0..pa.ends.len() {
             let (boxes, segment, travel) = a.edges[i / 8].splat(i % 8);
             for (g, group) in b.edges.iter().enumerate() {
-                let before = if same { i.saturating_sub(8 * g).min(8) } else { 8 };
+                let before = if same {
+                    i.saturating_sub(8 * g).min(8)
+                } else {
+                    8
+                };
                 let used = group.used & ((1 << before) - 1);
                 let near = boxes.near(&group.boxes, pad) & used;
                 if near == 0 {
@@ -230,4 +240,3 @@ fn lanes(mut bits: u32) -> impl Iterator<Item = usize> {
         (lane < 32).then_some(lane as usize)
     })
 }
-

@@ -99,7 +99,7 @@ impl Swept {
     pub fn two_points(&self, i: usize, j: usize) -> (Boxes, Lanes3, f32x8) {
         let [a, b] = [i, j].map(|i| &self.single[i]);
         let two = |a: f32, b: f32| f32x8::from([a, a, a, a, b, b, b, b]);
-        let each = |a: [f32; 3], b: [f32; 3]| [0, 1, 2].map(|k| two(a[k], b[k]));
+        let each = |a: [f32; 3], b: [f32; 3]| [two(a[0], b[0]), two(a[1], b[1]), two(a[2], b[2])];
         let boxes = Boxes {
             min: each(a.min, b.min),
             max: each(a.max, b.max),
@@ -149,7 +149,8 @@ impl Edges {
     /// One lane in all.
     #[inline]
     pub fn splat(&self, lane: usize) -> (Boxes, Segments, f32x8) {
-        let all = |x: Lanes3| x.map(|x| f32x8::splat(x.to_array()[lane]));
+        let one = |x: f32x8| f32x8::splat(x.as_array()[lane]);
+        let all = |x: Lanes3| [one(x[0]), one(x[1]), one(x[2])];
         let boxes = Boxes {
             min: all(self.boxes.min),
             max: all(self.boxes.max),
@@ -158,7 +159,7 @@ impl Edges {
             from: all(self.segments.from),
             way: all(self.segments.way),
         };
-        (boxes, segments, f32x8::splat(self.travel.to_array()[lane]))
+        (boxes, segments, one(self.travel))
     }
 }
 

@@ -1,11 +1,13 @@
 //! What an integrator sees of contact.
 
 mod body_contact;
+mod body_faces;
 mod envelope;
 mod self_contact;
 mod side;
 
 pub use body_contact::{BodyContact, BodyContactSettings};
+pub use body_faces::BodyFaces;
 pub use self_contact::{SelfContact, SelfContactSettings};
 
 use selvedge_energy::EvalPoint;

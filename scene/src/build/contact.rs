@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use selvedge_collision::{
-    Body, BodyContact, CollisionError, CollisionMesh, ContactQuadratic, ContactSource,
+    Body, BodyContact, BodyFaces, CollisionError, CollisionMesh, ContactQuadratic, ContactSource,
     ContactStiffness, Friction, FrictionAnchored, FrictionLagged, SelfContact, SelfContactSettings,
     pair_friction,
 };
@@ -96,6 +96,16 @@ impl BuiltScene {
         }
     }
 
+    /// Whether bodies meet triangles, and why.
+    pub fn body_faces(&self) -> (bool, &'static str) {
+        match self.scene().contact.body_faces {
+            _ if self.bodies.is_empty() => (false, "no bodies"),
+            _ if self.geometry.mesh.triangles().is_empty() => (false, "no triangles"),
+            Some(true) => (true, "`contact.body_faces` is true"),
+            _ => (false, "`contact.body_faces` is not true"),
+        }
+    }
+
     /// The contacts of a stage, between points of these masses [kg].
     pub(super) fn contacts(
         &self,
@@ -148,6 +158,29 @@ impl BuiltScene {
                     .filter(|p| filter.rank(*p) < 3)
                     .collect();
                 contact = contact.with_points(free)?;
+            }
+            contacts.push(Box::new(contact));
+        }
+        if self.body_faces().0 {
+            let bodies: Vec<Arc<dyn Body>> = self.bodies.iter().map(|b| b.body.clone()).collect();
+            let still: Vec<bool> = self.bodies.iter().map(|b| !b.moves).collect();
+            let held = |p: &u32| pins.is_some_and(|pins| pins.pins.filter.rank(*p) >= 3);
+            let triangles = self.geometry.mesh.triangles().iter();
+            let free = triangles.filter(|t| !t.iter().all(held)).copied();
+            let mut contact = BodyFaces::new(masses.len(), free.collect(), bodies)?
+                .with_potential(quadratic(
+                    ContactQuadratic::body(),
+                    0.5 * self.body_thickness(),
+                    c.body_stiffness,
+                ))
+                .with_still(&still)?;
+            if stage.statics.is_none() {
+                contact = contact.with_masses(masses)?;
+            }
+            if let Some(friction) = friction(rubs.on_bodies[1]) {
+                contact = contact
+                    .with_friction(friction, masses)?
+                    .with_coefficients(self.point_friction())?;
             }
             contacts.push(Box::new(contact));
         }

@@ -156,6 +156,8 @@ pub(super) fn rows(
         format!("{} bodies", built.bodies.len()),
         "no bodies",
     );
+    let (_, why) = built.body_faces();
+    add("faces on bodies", contact("body-faces"), why.into(), why);
     let (wanted, why) = built.self_contact();
     let why_not = if wanted { "off in this stage" } else { why };
     add("self-contact", contact("self-contact"), why.into(), why_not);

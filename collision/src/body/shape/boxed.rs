@@ -67,6 +67,9 @@ impl Body for RoundBox {
             velocity: [0.0; 3],
         }
     }
+    fn is_convex(&self) -> bool {
+        true
+    }
     fn bounds(&self, _time: f64) -> Aabb {
         let half = self.core.map(|c| c + self.rounding);
         self.pose.bounds(&Aabb {

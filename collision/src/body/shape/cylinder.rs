@@ -75,6 +75,9 @@ impl Body for Cylinder {
             velocity: [0.0; 3],
         }
     }
+    fn is_convex(&self) -> bool {
+        true
+    }
     fn bounds(&self, _time: f64) -> Aabb {
         let radius = self.core[0] + self.rounding;
         let half = self.core[1] + self.rounding;

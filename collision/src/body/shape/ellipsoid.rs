@@ -113,6 +113,9 @@ impl Body for Ellipsoid {
             velocity: [0.0; 3],
         }
     }
+    fn is_convex(&self) -> bool {
+        true
+    }
     fn bounds(&self, _time: f64) -> Aabb {
         // Support of a rotated ellipsoid along axis i: √Σ_j (R_ij a_j)².
         let c = self.pose.to_world([0.0; 3]);

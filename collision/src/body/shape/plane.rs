@@ -44,6 +44,9 @@ impl Body for Plane {
             velocity: [0.0; 3],
         }
     }
+    fn is_convex(&self) -> bool {
+        true
+    }
     fn bounds(&self, _time: f64) -> Aabb {
         let mut b = Aabb {
             min: [f64::NEG_INFINITY; 3],

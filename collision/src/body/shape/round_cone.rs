@@ -114,6 +114,9 @@ impl Body for RoundCone {
             velocity: [0.0; 3],
         }
     }
+    fn is_convex(&self) -> bool {
+        true
+    }
     fn bounds(&self, _time: f64) -> Aabb {
         let end = self.radius - self.taper * self.length;
         let b = add_scaled(self.a, self.axis, self.length);

@@ -1,12 +1,11 @@
 //! Points that arrive at a body faster than its contact force can stop.
 
-use super::pass::Candidate;
 use crate::SurfaceSample;
 use crate::vec3::{Vec3, dot};
 
 /// How a point approaches a body within a step.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Arrival {
+pub(in crate::source) struct Arrival {
     /// Distance at the start of the step \[m\].
     pub gap: f64,
     /// What the distance falls by until the end, along the normal \[m\].
@@ -15,7 +14,7 @@ pub(super) struct Arrival {
 
 /// What has to be done about a fast arrival.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Answer {
+pub(in crate::source) enum Answer {
     /// The step is too long: the point may come this deep, and would come
     /// deeper \[m\].
     Refuse { depth: f64, limit: f64 },
@@ -74,17 +73,26 @@ impl Arrival {
 }
 
 /// Stiffness of every fast arrival of a step.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Impacts {
+#[derive(Clone, Debug)]
+pub(in crate::source) struct Impacts<K> {
     /// In ascending order; empty in nearly every step.
-    of: Vec<(Candidate, f64)>,
+    of: Vec<(K, f64)>,
     step: [f64; 2],
 }
 
-impl Impacts {
+impl<K> Default for Impacts<K> {
+    fn default() -> Self {
+        Self {
+            of: Vec::new(),
+            step: [0.0; 2],
+        }
+    }
+}
+
+impl<K: Ord + Copy> Impacts<K> {
     /// Takes over what a detection found. What an earlier detection of the
     /// same step found stays: a later one sees the point stopped already.
-    pub fn update(&mut self, time: f64, dt: f64, found: &mut Vec<(Candidate, f64)>) {
+    pub fn update(&mut self, time: f64, dt: f64, found: &mut Vec<(K, f64)>) {
         if self.step != [time, dt] {
             self.of.clear();
             self.step = [time, dt];
@@ -100,7 +108,7 @@ impl Impacts {
 
     /// Stiffness of a candidate [N/m], where it is one of them.
     #[inline]
-    pub fn stiffness(&self, c: Candidate) -> Option<f64> {
+    pub fn stiffness(&self, c: K) -> Option<f64> {
         if self.of.is_empty() {
             return None;
         }
@@ -109,6 +117,6 @@ impl Impacts {
     }
 
     pub fn heap_bytes(&self) -> usize {
-        size_of::<(Candidate, f64)>() * self.of.capacity()
+        size_of::<(K, f64)>() * self.of.capacity()
     }
 }

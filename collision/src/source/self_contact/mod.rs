@@ -534,7 +534,12 @@ impl ContactSource for SelfContact {
         let tasks: usize = self
             .tasks
             .iter()
-            .map(|t| t.response.heap_bytes() + t.memory.heap_bytes() + 80 * t.lagged.capacity() + 4 * t.near.capacity())
+            .map(|t| {
+                t.response.heap_bytes()
+                    + t.memory.heap_bytes()
+                    + 80 * t.lagged.capacity()
+                    + 4 * t.near.capacity()
+            })
             .sum();
         self.pairs.mesh.heap_bytes()
             + self.backend.heap_bytes()

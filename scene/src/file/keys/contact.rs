@@ -55,6 +55,13 @@ pub(super) static CONTACT: Table = Table::new(
              thickest yarn.",
         )
         .hint("m, not mm"),
+        optional(
+            "body_faces",
+            Bool,
+            "Whether bodies meet edges and insides of triangles too, at half of `body_thickness`, \
+             where they come nearer than to the corners: for needles, edges and corners of bodies \
+             between points. Cloth of yarns has no triangles.",
+        ),
         key(
             "release",
             number("s", Range::zero_to(1e3)),

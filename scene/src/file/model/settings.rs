@@ -342,6 +342,9 @@ pub struct ContactSettings {
     pub thickness: f64,
     /// Distance that cloth keeps from bodies \[m\].
     pub body_thickness: f64,
+    /// Whether bodies meet edges and insides of triangles too, not points alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body_faces: Option<bool>,
     /// Time in which cloth that begins closer to cloth than its thickness parts \[s\].
     pub release: f64,
     /// Whether separate pieces that cross at the start are moved apart.

@@ -1,0 +1,96 @@
+//! What contact of points and of triangles with bodies share.
+
+use std::sync::Arc;
+
+use crate::source::check_margin;
+use crate::vec3::{Vec3, dot};
+use crate::{Body, CollisionError, SurfaceSample, pair_friction};
+
+/// How far detection looks.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BodyContactSettings {
+    /// Room beyond the predicted motion of a point \[m\].
+    pub margin: f64,
+    /// Fraction by which the predicted motion is overshot \[1\].
+    pub overshoot: f64,
+    /// Largest slope of a body's distance field \[1\]. Points whose distance
+    /// exceeds their possible way times this are left out of a step; 1 for
+    /// exact distances, more for interpolated ones.
+    pub steepness: f64,
+}
+
+impl Default for BodyContactSettings {
+    fn default() -> Self {
+        Self {
+            margin: 1e-3,
+            overshoot: 0.25,
+            steepness: 1.5,
+        }
+    }
+}
+
+/// Depth in thicknesses beyond which the nearest surface may be the wrong one.
+pub(in crate::source) const DEEP: f64 = 3.0;
+
+/// Depth [m] at the end of the step of a point that moves by `way` [m] in a
+/// step of `dt` [s], where that is beyond the limit and comes from this step's
+/// approach. `s` is the sample where the point begins, of the body's last pose.
+pub(in crate::source) fn foreseen_depth(
+    s: &SurfaceSample,
+    way: Vec3,
+    dt: f64,
+    limit: f64,
+) -> Option<f64> {
+    let closing = dt * dot(s.velocity, s.normal) - dot(way, s.normal);
+    let depth = -(s.distance + dot(way, s.normal));
+    // What begins deeper is past help: it must not hold up the run.
+    (closing > limit && depth > limit && depth - closing < limit).then_some(depth)
+}
+
+/// Coefficient of a body with cloth \[1\].
+pub(in crate::source) fn coefficient(body: &dyn Body, of_cloth: f64) -> f64 {
+    match body.friction() {
+        Some(of_body) => pair_friction(of_body, of_cloth),
+        None => of_cloth,
+    }
+}
+
+/// Coefficients of bodies with cloth \[1\].
+pub(in crate::source) fn body_coefficients(bodies: &[Arc<dyn Body>], of_cloth: f64) -> Vec<f64> {
+    bodies.iter().map(|b| coefficient(&**b, of_cloth)).collect()
+}
+
+pub(in crate::source) fn check_settings(
+    settings: &BodyContactSettings,
+) -> Result<(), CollisionError> {
+    check_margin(settings.margin, settings.overshoot)?;
+    if !(settings.steepness >= 1.0 && settings.steepness.is_finite()) {
+        return Err(CollisionError::Parameter {
+            name: "steepness",
+            value: settings.steepness,
+            requirement: "finite and at least 1",
+        });
+    }
+    Ok(())
+}
+
+pub(in crate::source) fn bad_sample(body: &dyn Body, point: u32) -> CollisionError {
+    CollisionError::NotFiniteSample {
+        body: body.name().into(),
+        point,
+    }
+}
+
+pub(in crate::source) fn run_over(
+    body: &dyn Body,
+    point: u32,
+    depth: f64,
+    limit: f64,
+) -> CollisionError {
+    CollisionError::Overrun {
+        body: body.name().into(),
+        point,
+        depth,
+        limit,
+    }
+}
