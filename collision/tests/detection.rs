@@ -7,8 +7,8 @@ use std::collections::BTreeSet;
 use common::{Random, add_sheet};
 use selvedge_collision::narrow::{closest_edge_edge, closest_point_triangle};
 use selvedge_collision::{
-    BroadPhase, BruteForce, BvhParry, Candidates, CollisionBackend, CollisionError, CollisionMesh,
-    HashGrid, ProximityBackend,
+    Aabb, BroadPhase, BruteForce, BvhParry, Candidates, CollisionBackend, CollisionError,
+    CollisionMesh, HashGrid, ProximityBackend,
 };
 
 fn point(q: &[f64], i: u32) -> [f64; 3] {
@@ -118,6 +118,77 @@ fn finds_every_close_pair() {
             found.len() < 12 * met / 6,
             "{} candidates for {met} / 6 pairs",
             found.len()
+        );
+    }
+}
+
+/// Single precision changes nothing: the candidates are the pairs that pass the
+/// tests in double precision, near the origin and far from it, and no bound is
+/// above its distance.
+#[test]
+fn candidates_are_those_of_double_precision() {
+    let reach = 1.5e-3;
+    for (seed, shift) in [(1, 0.0), (2, 40.0), (3, 3e4)] {
+        let (mesh, mut start, mut end) = crumple(seed);
+        start.iter_mut().chain(&mut end).for_each(|x| *x += shift);
+        let mut backend = ProximityBackend::new(BvhParry::new());
+        let mut found = Candidates::default();
+        backend
+            .detect(&mesh, &start, &end, reach, &mut found)
+            .unwrap();
+        let way = |p: u32| {
+            let (a, b) = (point(&start, p), point(&end, p));
+            (0..3).map(|k| (b[k] - a[k]).powi(2)).sum::<f64>().sqrt()
+        };
+        let swept = |points: &[u32]| {
+            let all = points
+                .iter()
+                .flat_map(|p| [point(&start, *p), point(&end, *p)]);
+            Aabb::of_points(&all.collect::<Vec<_>>())
+        };
+        let longest = |points: &[u32]| points.iter().map(|p| way(*p)).fold(0.0, f64::max);
+        let passes = |a: &[u32], b: &[u32], distance: f64| {
+            swept(a).inflate(reach).overlaps(&swept(b))
+                && distance.abs() <= (reach + longest(a) + longest(b)) * (1.0 + 1e-9)
+        };
+        let least = |k: usize| f64::from(found.least[k]);
+        let (mut n, mut close) = (0, 0);
+        for v in 0..mesh.points() as u32 {
+            for (t, c) in mesh.triangles().iter().enumerate() {
+                let pair = [v, t as u32];
+                let x = [v, c[0], c[1], c[2]].map(|p| point(&start, p));
+                let distance = closest_point_triangle(&x).distance.abs();
+                let expected =
+                    !mesh.excludes_vertex_triangle(v, t as u32) && passes(&[v], c, distance);
+                assert_eq!(found.vertex_triangle.get(n) == Some(&pair), expected);
+                if expected {
+                    assert!(least(n) <= distance, "{} m, {distance} m", least(n));
+                    close += usize::from(least(n) > distance - 1e-5);
+                    n += 1;
+                }
+            }
+        }
+        assert_eq!(n, found.vertex_triangle.len());
+        let mut m = 0;
+        for a in 0..mesh.edges().len() as u32 {
+            for b in a + 1..mesh.edges().len() as u32 {
+                let (ea, eb) = (mesh.edges()[a as usize], mesh.edges()[b as usize]);
+                let x = [ea[0], ea[1], eb[0], eb[1]].map(|p| point(&start, p));
+                let distance = closest_edge_edge(&x).distance.abs();
+                let expected = !mesh.excludes_edge_edge(a, b) && passes(&ea, &eb, distance);
+                assert_eq!(found.edge_edge.get(m) == Some(&[a, b]), expected);
+                if expected {
+                    assert!(least(n + m) <= distance);
+                    close += usize::from(least(n + m) > distance - 1e-5);
+                    m += 1;
+                }
+            }
+        }
+        assert_eq!((m, n + m), (found.edge_edge.len(), found.least.len()));
+        assert!(
+            100 * close > 95 * (n + m),
+            "{close} good bounds of {}",
+            n + m
         );
     }
 }

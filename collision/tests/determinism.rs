@@ -3,9 +3,13 @@
 mod common;
 
 use common::{Random, add_sheet, detect, evaluate};
+use std::sync::Arc;
+
+use selvedge_collision::body::{Body, RoundCone, Union};
 use selvedge_collision::{
-    BodyContact, CollisionError, CollisionMesh, ContactResponse, ContactSource, Friction,
-    FrictionAnchored, SelfContact,
+    BodyContact, BodyFaces, Candidates, CollisionBackend, CollisionError, CollisionMesh,
+    ContactResponse, ContactSource, Friction, FrictionAnchored, HashGrid, ProximityBackend,
+    SelfContact,
 };
 use selvedge_energy::{DofLayout, EvalPoint};
 
@@ -85,6 +89,115 @@ fn threads_do_not_matter() {
                 }
             }
             log
+        })
+    };
+    let one = run(1);
+    assert_eq!(one, run(2));
+    assert_eq!(one, run(4));
+}
+
+/// Finds pairs, and says nothing of their distances.
+struct Silent(ProximityBackend<HashGrid>);
+
+impl CollisionBackend for Silent {
+    fn name(&self) -> &str {
+        "silent"
+    }
+    fn detect(
+        &mut self,
+        mesh: &CollisionMesh,
+        q_start: &[f64],
+        q_end: &[f64],
+        reach: f64,
+        out: &mut Candidates,
+    ) -> Result<(), CollisionError> {
+        self.0.detect(mesh, q_start, q_end, reach, out)?;
+        out.least.clear();
+        Ok(())
+    }
+}
+
+/// A back-end that bounds no distance gives the same bits, and so does an
+/// iterate that is looked at alone, without those before it.
+#[test]
+fn bounds_do_not_matter() {
+    let states = scene(4);
+    let make = || {
+        let (mut unused, mut triangles) = (Vec::new(), Vec::new());
+        add_sheet(&mut unused, &mut triangles, 40, 30, 0.01, 0.0);
+        add_sheet(&mut unused, &mut triangles, 38, 32, 0.01, 0.0);
+        let mesh = CollisionMesh::from_positions(&states[0], triangles, &[], 1e-3).unwrap();
+        let friction = Friction::Anchored(FrictionAnchored::new(0.3));
+        let masses = vec![2e-5; states[0].len() / 3];
+        SelfContact::new(mesh)
+            .with_friction(friction, &masses)
+            .unwrap()
+    };
+    let mut bounded = make();
+    let mut silent = make().with_backend(Box::new(Silent(ProximityBackend::new(HashGrid::new()))));
+    for k in 0..4 {
+        let (from, to) = (&states[k], &states[k + 1]);
+        detect(&mut bounded, from, to, 1e-3);
+        detect(&mut silent, from, to, 1e-3);
+        for share in [0.0, 0.3, 1.2, 8.0] {
+            let q: Vec<f64> = from
+                .iter()
+                .zip(to)
+                .map(|(a, b)| a + share * (b - a))
+                .collect();
+            let a = evaluate(&mut bounded, &q, from, 1e-3);
+            assert_eq!(a, evaluate(&mut silent, &q, from, 1e-3));
+            let mut alone = make();
+            alone.restore_history(&bounded.history()).unwrap();
+            detect(&mut alone, from, to, 1e-3);
+            assert_eq!(a, evaluate(&mut alone, &q, from, 1e-3));
+        }
+        for s in [&mut bounded, &mut silent] {
+            let layout = DofLayout::points(to.len() / 3);
+            s.commit(&EvalPoint {
+                layout,
+                q: to,
+                q_start: from,
+                dt: 1e-3,
+            });
+        }
+        assert_eq!(bounded.history(), silent.history());
+    }
+}
+
+/// Triangles on a bed of needles: the same bits on any number of threads.
+#[test]
+fn faces_and_threads() {
+    let (mut q, mut triangles) = (Vec::new(), Vec::new());
+    add_sheet(&mut q, &mut triangles, 30, 20, 0.01, 0.0);
+    let mut random = Random(9);
+    let mut needles: Vec<Box<dyn Body>> = Vec::new();
+    for _ in 0..40 {
+        let [x, y] = [0.15 + 0.15 * random.next(), 0.1 + 0.1 * random.next()];
+        let tip = [x, y, -1.5e-3];
+        needles.push(Box::new(
+            RoundCone::new([x, y, -0.1], tip, [1e-3; 2]).unwrap(),
+        ));
+    }
+    let bed: Arc<dyn Body> = Arc::new(Union::new(needles).unwrap());
+    let run = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            let friction = Friction::Anchored(FrictionAnchored::new(0.3));
+            let mut s = BodyFaces::new(q.len() / 3, triangles.clone(), vec![bed.clone()])
+                .unwrap()
+                .with_still(&[true])
+                .unwrap()
+                .with_friction(friction, &vec![2e-5; q.len() / 3])
+                .unwrap();
+            let moved: Vec<f64> = q.iter().map(|x| x + 2e-4).collect();
+            let first = advance(&mut s, &q, &moved);
+            let second = advance(&mut s, &moved, &q);
+            assert!(s.active() > 20, "{} contacts", s.active());
+            (first, second, s.history())
         })
     };
     let one = run(1);
