@@ -174,7 +174,8 @@ impl<'a> Search<'a> {
     ) {
         let pad = self.reach as f32 + self.slack;
         for i in 0..pa.ends.len() {
-            let (boxes, segment, travel) = a.edges[i / 8].splat(i % 8);
+            let own = &a.edges[i / 8];
+            let boxes = own.box_of(i % 8);
             for (g, group) in b.edges.iter().enumerate() {
                 let before = if same {
                     i.saturating_sub(8 * g).min(8)
@@ -182,10 +183,14 @@ impl<'a> Search<'a> {
                     8
                 };
                 let used = group.used & ((1 << before) - 1);
+                if used == 0 {
+                    continue;
+                }
                 let near = boxes.near(&group.boxes, pad) & used;
                 if near == 0 {
                     continue;
                 }
+                let (segment, travel) = own.segment(i % 8);
                 let range = segment.distances(&group.segments);
                 let limit = f32x8::splat(self.reach as f32) + travel + group.travel;
                 let (above, below) = range.compare(limit, self.slack);

@@ -146,21 +146,30 @@ impl Edges {
         self.used = (1 << ends.len()) - 1;
     }
 
-    /// One lane in all.
+    /// The box of one lane in all.
     #[inline]
-    pub fn splat(&self, lane: usize) -> (Boxes, Segments, f32x8) {
-        let one = |x: f32x8| f32x8::splat(x.as_array()[lane]);
-        let all = |x: Lanes3| [one(x[0]), one(x[1]), one(x[2])];
-        let boxes = Boxes {
-            min: all(self.boxes.min),
-            max: all(self.boxes.max),
-        };
-        let segments = Segments {
-            from: all(self.segments.from),
-            way: all(self.segments.way),
-        };
-        (boxes, segments, one(self.travel))
+    pub fn box_of(&self, lane: usize) -> Boxes {
+        Boxes {
+            min: splat(&self.boxes.min, lane),
+            max: splat(&self.boxes.max, lane),
+        }
     }
+
+    /// The segment of one lane in all, and its travel.
+    #[inline]
+    pub fn segment(&self, lane: usize) -> (Segments, f32x8) {
+        let segments = Segments {
+            from: splat(&self.segments.from, lane),
+            way: splat(&self.segments.way, lane),
+        };
+        (segments, f32x8::splat(self.travel.as_array()[lane]))
+    }
+}
+
+#[inline]
+fn splat(x: &Lanes3, lane: usize) -> Lanes3 {
+    let one = |x: &f32x8| f32x8::splat(x.as_array()[lane]);
+    [one(&x[0]), one(&x[1]), one(&x[2])]
 }
 
 impl Corners {
