@@ -59,8 +59,9 @@ pub(super) static CONTACT: Table = Table::new(
             "body_faces",
             Bool,
             "Whether bodies meet edges and insides of triangles too, at half of `body_thickness`, \
-             where they come nearer than to the corners: for needles, edges and corners of bodies \
-             between points. Cloth of yarns has no triangles.",
+             where they come nearer than to the corners: for needles, edges and corners of convex \
+             bodies between points. On unions and meshes it is slow, and cloth may not come to \
+             rest. Cloth of yarns has no triangles.",
         ),
         key(
             "release",
