@@ -97,3 +97,19 @@ pub enum CollisionError {
         reason: &'static str,
     },
 }
+
+/// Refuses an array of another length than expected.
+pub(crate) fn check_length(
+    what: &'static str,
+    found: usize,
+    expected: usize,
+) -> Result<(), CollisionError> {
+    if found == expected {
+        return Ok(());
+    }
+    Err(CollisionError::Length {
+        what,
+        found,
+        expected,
+    })
+}

@@ -8,6 +8,7 @@ pub(crate) use anchored::{anchor_damping, from_frame, to_frame};
 pub use lagged::{FrictionLagged, LaggedResponse};
 
 use crate::CollisionError;
+use crate::error::check_length;
 
 /// Friction model of a contact source.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,13 +38,7 @@ pub(crate) fn common_coefficient(
     coefficients: &[f64],
     points: usize,
 ) -> Result<Option<f64>, CollisionError> {
-    if coefficients.len() != points {
-        return Err(CollisionError::Length {
-            what: "friction coefficients",
-            found: coefficients.len(),
-            expected: points,
-        });
-    }
+    check_length("friction coefficients", coefficients.len(), points)?;
     if let Some(&value) = coefficients.iter().find(|c| !(**c >= 0.0 && c.is_finite())) {
         return Err(CollisionError::Parameter {
             name: "friction coefficient",

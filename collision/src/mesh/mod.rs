@@ -8,6 +8,7 @@ pub(crate) use patches::{PATCH_EDGES, PATCH_POINTS, Patch, Patches};
 
 use areas::{edge_areas, voronoi_area};
 
+use crate::error::check_length;
 use crate::vec3::{Vec3, cross, dot, norm, point, sub, unit};
 use crate::{CollisionError, mesh::exclusions::Exclusions};
 
@@ -63,14 +64,7 @@ impl CollisionMesh {
         links: &[[u32; 2]],
         thickness: f64,
     ) -> Result<Self, CollisionError> {
-        if rest.len() != triangles.len() {
-            let (found, expected) = (rest.len(), triangles.len());
-            return Err(CollisionError::Length {
-                what: "rest triangles",
-                found,
-                expected,
-            });
-        }
+        check_length("rest triangles", rest.len(), triangles.len())?;
         let lengths: Vec<[f64; 3]> = rest
             .iter()
             .map(|c| {

@@ -12,6 +12,7 @@ pub use self_contact::{SelfContact, SelfContactSettings};
 
 use selvedge_energy::EvalPoint;
 
+use crate::error::check_length;
 use crate::{CollisionError, ContactResponse};
 
 /// Where detection happens: the start of a step and a guess of its end.
@@ -131,6 +132,12 @@ fn check_step(dt: f64) -> Result<(), CollisionError> {
         value: dt,
         requirement,
     })
+}
+
+/// Refuses positions of fewer than `points` points.
+fn check_point(at: &EvalPoint<'_>, points: usize) -> Result<(), CollisionError> {
+    let (found, expected) = (at.q.len().min(at.q_start.len()), 3 * points);
+    check_length("positions", found.min(expected), expected)
 }
 
 fn check_margin(margin: f64, overshoot: f64) -> Result<(), CollisionError> {

@@ -133,10 +133,10 @@ impl BuiltScene {
             })
         };
         let mut contacts: Vec<Box<dyn ContactSource>> = Vec::new();
-        if !self.bodies.is_empty() {
-            let bodies: Vec<Arc<dyn Body>> = self.bodies.iter().map(|b| b.body.clone()).collect();
-            let still: Vec<bool> = self.bodies.iter().map(|b| !b.moves).collect();
-            let mut contact = BodyContact::new(masses.len(), bodies)
+        let bodies: Vec<Arc<dyn Body>> = self.bodies.iter().map(|b| b.body.clone()).collect();
+        let still: Vec<bool> = self.bodies.iter().map(|b| !b.moves).collect();
+        if !bodies.is_empty() {
+            let mut contact = BodyContact::new(masses.len(), bodies.clone())
                 .with_potential(quadratic(
                     ContactQuadratic::body(),
                     self.body_thickness(),
@@ -162,8 +162,6 @@ impl BuiltScene {
             contacts.push(Box::new(contact));
         }
         if self.body_faces().0 {
-            let bodies: Vec<Arc<dyn Body>> = self.bodies.iter().map(|b| b.body.clone()).collect();
-            let still: Vec<bool> = self.bodies.iter().map(|b| !b.moves).collect();
             let held = |p: &u32| pins.is_some_and(|pins| pins.pins.filter.rank(*p) >= 3);
             let triangles = self.geometry.mesh.triangles().iter();
             let free = triangles.filter(|t| !t.iter().all(held)).copied();

@@ -18,6 +18,7 @@ use std::sync::Arc;
 
 use super::envelope::Envelope;
 use super::self_contact::inverse_masses;
+use crate::error::check_length;
 use crate::friction::common_coefficient;
 use crate::{Body, CollisionError, ContactPotential, ContactQuadratic, Friction};
 use pass::{Anchor, Candidate, Task};
@@ -132,26 +133,13 @@ impl BodyContact {
         self
     }
 
-    /// Refuses an array that has not one entry for every point.
-    fn one_a_point(&self, what: &'static str, found: usize) -> Result<(), CollisionError> {
-        let expected = self.point_count;
-        if found == expected {
-            return Ok(());
-        }
-        Err(CollisionError::Length {
-            what,
-            found,
-            expected,
-        })
-    }
-
     /// Rest areas of all points \[m²\], for a stiffness per area; without them
     /// every point counts as 1 cm².
     ///
     /// # Errors
     /// [`CollisionError::Length`].
     pub fn with_areas(mut self, areas: Vec<f64>) -> Result<Self, CollisionError> {
-        self.one_a_point("areas", areas.len())?;
+        check_length("areas", areas.len(), self.point_count)?;
         self.areas = areas;
         Ok(self)
     }
@@ -169,7 +157,7 @@ impl BodyContact {
     /// # Errors
     /// [`CollisionError::Length`].
     pub fn with_masses(mut self, masses: &[f64]) -> Result<Self, CollisionError> {
-        self.one_a_point("masses", masses.len())?;
+        check_length("masses", masses.len(), self.point_count)?;
         self.masses = masses.to_vec();
         Ok(self)
     }
@@ -185,7 +173,7 @@ impl BodyContact {
         masses: &[f64],
     ) -> Result<Self, CollisionError> {
         friction.validate()?;
-        self.one_a_point("masses", masses.len())?;
+        check_length("masses", masses.len(), self.point_count)?;
         self.inverse_masses = inverse_masses(masses);
         self.friction = Some(friction);
         self.pair(friction.coefficient());
@@ -223,14 +211,7 @@ impl BodyContact {
     /// # Errors
     /// [`CollisionError::Length`] when there is not one value a body.
     pub fn with_still(mut self, still: &[bool]) -> Result<Self, CollisionError> {
-        if still.len() != self.bodies.len() {
-            let (found, expected) = (still.len(), self.bodies.len());
-            return Err(CollisionError::Length {
-                what: "still bodies",
-                found,
-                expected,
-            });
-        }
+        check_length("still bodies", still.len(), self.bodies.len())?;
         let guard = |still: &bool| vec![Guard::UNKNOWN; if *still { self.point_count } else { 0 }];
         self.guards = still.iter().map(guard).collect();
         Ok(self)

@@ -2,7 +2,7 @@ use selvedge_energy::EvalPoint;
 
 use super::pass::{Anchor, Pass};
 use super::{BodyContact, BodyContactSettings, Guard, NAME, bad_sample, history, run_over};
-use crate::source::{ContactSource, StepStart, check_step, in_order};
+use crate::source::{ContactSource, StepStart, check_point, check_step, in_order};
 use crate::{CollisionError, ContactResponse, SurfaceSample};
 
 impl ContactSource for BodyContact {
@@ -36,14 +36,7 @@ impl ContactSource for BodyContact {
         curvature: bool,
         out: &mut ContactResponse,
     ) -> Result<f64, CollisionError> {
-        let (found, expected) = (at.q.len().min(at.q_start.len()), 3 * self.point_count);
-        if found < expected {
-            return Err(CollisionError::Length {
-                what: "positions",
-                found,
-                expected,
-            });
-        }
+        check_point(at, self.point_count)?;
         let mut tasks = std::mem::take(&mut self.tasks);
         let before = out.body_nodes.len();
         let (mut energy, mut deepest, mut deep, mut bad) = (0.0, 0.0_f64, 0, None);
@@ -79,7 +72,7 @@ impl ContactSource for BodyContact {
     }
 
     fn commit(&mut self, at: &EvalPoint<'_>) {
-        if self.friction.is_none() || at.q.len().min(at.q_start.len()) < 3 * self.point_count {
+        if self.friction.is_none() || check_point(at, self.point_count).is_err() {
             return;
         }
         let mut tasks = std::mem::take(&mut self.tasks);

@@ -13,7 +13,8 @@ use super::body_contact::{
 };
 use super::envelope::Envelope;
 use super::self_contact::inverse_masses;
-use super::{BodyContactSettings, ContactSource, StepStart, check_step, in_order};
+use super::{BodyContactSettings, ContactSource, StepStart, check_point, check_step, in_order};
+use crate::error::check_length;
 use crate::friction::common_coefficient;
 use crate::vec3::Vec3;
 use crate::{Body, CollisionError, ContactPotential, ContactQuadratic, ContactResponse, Friction};
@@ -140,29 +141,13 @@ impl BodyFaces {
         self
     }
 
-    fn check(
-        &self,
-        what: &'static str,
-        found: usize,
-        expected: usize,
-    ) -> Result<(), CollisionError> {
-        if found == expected {
-            return Ok(());
-        }
-        Err(CollisionError::Length {
-            what,
-            found,
-            expected,
-        })
-    }
-
     /// Rest areas of all triangles \[m²\], for a stiffness per area; without
     /// them every triangle counts as 1 cm².
     ///
     /// # Errors
     /// [`CollisionError::Length`].
     pub fn with_areas(mut self, areas: Vec<f64>) -> Result<Self, CollisionError> {
-        self.check("areas", areas.len(), self.triangles.len())?;
+        check_length("areas", areas.len(), self.triangles.len())?;
         self.areas = areas;
         Ok(self)
     }
@@ -174,7 +159,7 @@ impl BodyFaces {
     /// # Errors
     /// [`CollisionError::Length`].
     pub fn with_masses(mut self, masses: &[f64]) -> Result<Self, CollisionError> {
-        self.check("masses", masses.len(), self.point_count)?;
+        check_length("masses", masses.len(), self.point_count)?;
         self.masses = masses.to_vec();
         Ok(self)
     }
@@ -190,7 +175,7 @@ impl BodyFaces {
         masses: &[f64],
     ) -> Result<Self, CollisionError> {
         friction.validate()?;
-        self.check("masses", masses.len(), self.point_count)?;
+        check_length("masses", masses.len(), self.point_count)?;
         self.inverse_masses = inverse_masses(masses);
         self.friction = Some(friction);
         self.body_coefficients = body_coefficients(&self.bodies, friction.coefficient());
@@ -223,7 +208,7 @@ impl BodyFaces {
     /// # Errors
     /// [`CollisionError::Length`] when there is not one value a body.
     pub fn with_still(mut self, still: &[bool]) -> Result<Self, CollisionError> {
-        self.check("still bodies", still.len(), self.bodies.len())?;
+        check_length("still bodies", still.len(), self.bodies.len())?;
         let count = self.triangles.len();
         let guards = |still: &bool| vec![Guard::UNKNOWN; if *still { count } else { 0 }];
         self.guards = still.iter().map(guards).collect();
@@ -238,14 +223,6 @@ impl BodyFaces {
         check_settings(&settings)?;
         self.settings = settings;
         Ok(self)
-    }
-
-    fn check_point(&self, at: &EvalPoint<'_>) -> Result<(), CollisionError> {
-        let found = at.q.len().min(at.q_start.len());
-        if found >= 3 * self.point_count {
-            return Ok(());
-        }
-        self.check("positions", found, 3 * self.point_count)
     }
 
     fn bad_sample(&self, [body, triangle]: [u32; 2]) -> CollisionError {
@@ -295,7 +272,7 @@ impl ContactSource for BodyFaces {
         curvature: bool,
         out: &mut ContactResponse,
     ) -> Result<f64, CollisionError> {
-        self.check_point(at)?;
+        check_point(at, self.point_count)?;
         let mut tasks = std::mem::take(&mut self.tasks);
         let (mut energy, mut deepest, mut active, mut bad) = (0.0, 0.0_f64, 0, None);
         let count = self.candidates.len();
@@ -329,7 +306,7 @@ impl ContactSource for BodyFaces {
     }
 
     fn commit(&mut self, at: &EvalPoint<'_>) {
-        if self.friction.is_none() || self.check_point(at).is_err() {
+        if self.friction.is_none() || check_point(at, self.point_count).is_err() {
             return;
         }
         let mut tasks = std::mem::take(&mut self.tasks);

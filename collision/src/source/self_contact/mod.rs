@@ -16,7 +16,8 @@ use skin::Skin;
 
 use super::envelope::Envelope;
 use super::side::Meeting;
-use super::{CHUNK, ContactSource, StepStart, check_margin, check_step, in_order};
+use super::{CHUNK, ContactSource, StepStart, check_margin, check_point, check_step, in_order};
+use crate::error::check_length;
 use crate::friction::common_coefficient;
 use crate::narrow::PairKind;
 use crate::proximity::check_positions;
@@ -161,14 +162,7 @@ impl SelfContact {
         masses: &[f64],
     ) -> Result<Self, CollisionError> {
         friction.validate()?;
-        if masses.len() != self.pairs.mesh.points() {
-            let (found, expected) = (masses.len(), self.pairs.mesh.points());
-            return Err(CollisionError::Length {
-                what: "masses",
-                found,
-                expected,
-            });
-        }
+        check_length("masses", masses.len(), self.pairs.mesh.points())?;
         self.pairs.inverse_masses = inverse_masses(masses);
         self.pairs.friction = Some(friction);
         Ok(self)
@@ -292,21 +286,6 @@ impl SelfContact {
             |task| lagged.append(&mut task.lagged),
         );
     }
-
-    fn check_length(&self, at: &EvalPoint<'_>) -> Result<(), CollisionError> {
-        let (found, expected) = (
-            at.q.len().min(at.q_start.len()),
-            3 * self.pairs.mesh.points(),
-        );
-        if found < expected {
-            return Err(CollisionError::Length {
-                what: "positions",
-                found,
-                expected,
-            });
-        }
-        Ok(())
-    }
 }
 
 /// The list of candidates that may be in contact at `moves`, made anew where
@@ -411,7 +390,7 @@ impl ContactSource for SelfContact {
         curvature: bool,
         out: &mut ContactResponse,
     ) -> Result<f64, CollisionError> {
-        self.check_length(at)?;
+        check_point(at, self.pairs.mesh.points())?;
         let (mut energy, mut deepest, mut active) = (0.0, 0.0_f64, 0);
         let count = self.pairs.candidates.len();
         let Self {
@@ -467,7 +446,7 @@ impl ContactSource for SelfContact {
     }
 
     fn commit(&mut self, at: &EvalPoint<'_>) {
-        if self.check_length(at).is_err() {
+        if check_point(at, self.pairs.mesh.points()).is_err() {
             return;
         }
         let count = self.pairs.candidates.len();
