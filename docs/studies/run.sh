@@ -8,8 +8,8 @@
 # goes to every study, for example STUDY_OPTIONS="--repeat 3"; ONLY names the
 # tables to make, for example ONLY="matrix precision", and SPLITTINGS the columns of
 # Table 1. ONLY="stack" makes Table 8; ONLY="garments" makes Table 7 on the sewing
-# patterns of GARMENTS, a folder with garments/*.json and bodies/*.obj. ONLY="yarns"
-# makes those of cloth of yarns.
+# patterns of GARMENTS, a folder with garments/*.json and bodies/*.obj, with edges of
+# EDGE metres (0.02). ONLY="yarns" makes those of cloth of yarns.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 selvedge=${SELVEDGE:-target/release/selvedge}
@@ -55,19 +55,20 @@ stack() { # NAME SHEETS OPTIONS...
 }
 
 garment() { # NAME BODY
-    local name=$1 folder=out/studies/garment-$1
+    local name=$1 edge=${EDGE:-0.02} folder
+    folder=out/studies/garment-$name-$edge
     local base=${GARMENTS:?a folder with garments/*.json and bodies/*.obj}
     mkdir -p out/studies
-    cat > "out/studies/$name.toml" <<EOF
+    cat > "out/studies/$name-$edge.toml" <<EOF
 name = "$name"
 [simulation]
-duration = 0.1
+duration = ${DURATION:-0.2}
 [assemble]
 seam_time = 0.1
 settle_time = 0.05
 coarsest = 0
 [mesh]
-edge_length = 0.02
+edge_length = $edge
 [fabric.garment]
 library = "cotton-jersey"
 [[cloth]]
@@ -80,7 +81,7 @@ kind = "mesh"
 file = "$(realpath "$base")/bodies/$2.obj"
 EOF
     # shellcheck disable=SC2086
-    "$selvedge" study "out/studies/$name.toml" --time cpu --resume --jobs "${JOBS:-1}" --plain-reference \
+    "$selvedge" study "out/studies/$name-$edge.toml" --time cpu --resume --jobs "${JOBS:-1}" --plain-reference \
         --set assembly.threads=1 --vary "$features" ${STUDY_OPTIONS:-} -o "$folder"
     keep "garment-$name" "$folder"
 }

@@ -1,7 +1,6 @@
 //! Sewing a garment together on its body, in stages, before the drape.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
 use selvedge_collision::Untangle;
 use selvedge_garment::assemble::{AssembleSettings, preassemble, prolong, untangle};
@@ -15,6 +14,7 @@ use crate::build::{Built, BuiltScene, Sewn, StageOptions, broad_phase};
 use crate::cascade;
 use crate::driver::{Progress, RunError, RunOptions, chain, tick};
 use crate::file::model::Cloth;
+use crate::process::Stopwatch;
 use crate::result::figures;
 use crate::summary::{StageSummary, Status};
 use crate::watchdog::{Scope, Stage, Verdict, Watchdog};
@@ -69,7 +69,7 @@ pub(crate) fn assemble(
     progress.note("assembly: wrapped around the body");
     let crossed = summaries[0].self_intersections > 0;
     for (name, what, stage) in stages(built, crossed) {
-        let clock = Instant::now();
+        let clock = Stopwatch::start();
         if stage.self_contact && summaries.last().is_some_and(|s| s.self_intersections > 0) {
             let clearance = built.scene().contact.body_thickness;
             on_garments(built, &mut state, clearance, &|sewn, field, settings, x| {
@@ -192,7 +192,7 @@ pub(crate) fn carry(
     built: &BuiltScene,
     state: &mut State,
 ) -> StageSummary {
-    let clock = Instant::now();
+    let clock = Stopwatch::start();
     let g = &built.geometry;
     let (from, _) = from.as_chunks::<3>();
     for (part, before) in g.parts.iter().zip(&coarse.geometry.parts) {
@@ -219,7 +219,7 @@ pub(crate) fn carry(
 }
 
 fn wrap(built: &BuiltScene, state: &mut State) -> StageSummary {
-    let clock = Instant::now();
+    let clock = Stopwatch::start();
     let clearance = built.scene().assemble.clearance;
     on_garments(built, state, clearance, &|sewn, field, settings, x| {
         *x = preassemble(&sewn.mesh, field, settings).0;
@@ -330,12 +330,13 @@ pub(crate) fn stage(built: &BuiltScene, crossed: bool, name: &str) -> Option<Sta
         .map(|(_, s)| s)
 }
 
-pub(crate) fn empty(name: &str, what: &str, clock: Instant) -> StageSummary {
+pub(crate) fn empty(name: &str, what: &str, clock: Stopwatch) -> StageSummary {
     StageSummary {
         name: name.to_owned(),
         what: what.to_owned(),
         simulated_s: 0.0,
-        wall_s: clock.elapsed().as_secs_f64(),
+        wall_s: clock.wall().as_secs_f64(),
+        cpu_s: clock.user(),
         steps: 0,
         rejected_steps: 0,
         max_abs_edge_strain: 0.0,

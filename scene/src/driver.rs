@@ -6,7 +6,6 @@ mod frames;
 use std::borrow::Cow;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
 
 use selvedge_integrator::{SimulationError, Snapshot, StepReport};
 use selvedge_record::{RecordError, Recorder, RecorderOptions};
@@ -16,7 +15,7 @@ use crate::build::{Built, BuiltScene, Topology};
 use crate::cascade;
 pub use crate::cascade::Coarser;
 use crate::diagnostic::Diagnostics;
-use crate::process;
+use crate::process::Stopwatch;
 use crate::result;
 use crate::summary::{StageSummary, Status, Summary};
 use crate::watchdog::{Stage, Watchdog};
@@ -223,7 +222,7 @@ fn run_here(
         ),
     };
 
-    let clock = (Instant::now(), process::user_seconds());
+    let clock = Stopwatch::start();
     let mut state = built.geometry.start();
     let mut stages: Vec<StageSummary> = Vec::new();
     let mut early: Option<Drape> = None;
@@ -343,8 +342,8 @@ fn run_here(
         watchdog_unlisted: dog.as_ref().map_or(0, |d| d.unlisted),
         watchdog: dog.map(|d| d.events).unwrap_or_default(),
         threads,
-        wall: clock.0.elapsed(),
-        cpu: process::user_seconds() - clock.1,
+        wall: clock.wall(),
+        cpu: clock.user(),
         version: &options.version,
     });
     if let Some(time) = watched {

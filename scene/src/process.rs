@@ -2,6 +2,32 @@
 //! figures are zero.
 
 use std::fs;
+use std::time::{Duration, Instant};
+
+/// Wall and user time since a moment.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Stopwatch {
+    wall: Instant,
+    user: f64,
+}
+
+impl Stopwatch {
+    pub fn start() -> Self {
+        Self {
+            wall: Instant::now(),
+            user: user_seconds(),
+        }
+    }
+
+    pub fn wall(&self) -> Duration {
+        self.wall.elapsed()
+    }
+
+    /// User time of all threads \[s\], to 10 ms.
+    pub fn user(&self) -> f64 {
+        user_seconds() - self.user
+    }
+}
 
 /// User time of all threads so far [s], to 10 ms.
 pub fn user_seconds() -> f64 {

@@ -218,6 +218,8 @@ pub struct StageSummary {
     pub simulated_s: f64,
     /// Wall time [s].
     pub wall_s: f64,
+    /// User time, all threads [s].
+    pub cpu_s: f64,
     /// Accepted steps.
     pub steps: u64,
     /// Rejected steps.

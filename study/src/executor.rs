@@ -79,6 +79,7 @@ impl Executor for InProcess<'_> {
             };
             whole.figures.wall_s.extend(run.figures.wall_s);
             whole.figures.cpu_s.extend(run.figures.cpu_s);
+            whole.figures.drape_cpu_s.extend(run.figures.drape_cpu_s);
         }
         first.ok_or(Halt::Interrupted)
     }
@@ -145,6 +146,7 @@ impl InProcess<'_> {
         let mut figures = Figures::of(&built, &result);
         if !self.alone {
             figures.cpu_s.clear();
+            figures.drape_cpu_s.clear();
         }
         let whole = result.positions.iter().all(|x| x.is_finite());
         let shape = (whole && !result.positions.is_empty()).then(|| Shape {

@@ -57,6 +57,9 @@ pub struct Figures {
     /// User time of the stepping, all threads \[s\]; empty where runs share a
     /// process.
     pub cpu_s: Vec<f64>,
+    /// The same without sewing: of the drape alone \[s\].
+    #[serde(default)]
+    pub drape_cpu_s: Vec<f64>,
     /// Worker threads.
     pub threads: usize,
     /// Simulated time \[s\].
@@ -102,6 +105,7 @@ impl Figures {
             reason: s.reason.clone(),
             wall_s: vec![s.wall_s],
             cpu_s: vec![s.cpu_s],
+            drape_cpu_s: vec![s.cpu_s - s.assembly.iter().map(|a| a.cpu_s).sum::<f64>()],
             threads: s.threads,
             simulated_s: s.simulated_s,
             steps: s.steps,
@@ -131,6 +135,7 @@ impl Figures {
             reason,
             wall_s: Vec::new(),
             cpu_s: Vec::new(),
+            drape_cpu_s: Vec::new(),
             threads: 0,
             simulated_s: 0.0,
             steps: 0,

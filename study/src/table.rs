@@ -107,6 +107,10 @@ fn cells(
     add("wall_min_s", number(least(&wall)));
     add("cpu_median_s", number(median(&cpu)));
     add("cpu_min_s", number(least(&cpu)));
+    add(
+        "drape_cpu_median_s",
+        number(median(&times(|f| &f.drape_cpu_s))),
+    );
     add("repeats", wall.len().to_string());
     let v = row.distances.and_then(|d| d.vertices);
     add("mean_m", number(v.map(|v| v.mean_m)));

@@ -13,6 +13,7 @@ use super::frames::{Booked, Frames, checkpoint_now, diagnostics};
 use super::{Progress, RunError, RunOptions, Tick, chain};
 use crate::assembly;
 use crate::build::{Built, BuiltAttachment, BuiltScene, PinGroup, StageOptions, Topology};
+use crate::process::Stopwatch;
 use crate::summary::{StageSummary, Status};
 use crate::watchdog::{Scope, Stage, Verdict, Watchdog};
 
@@ -64,7 +65,7 @@ pub(crate) fn drape_alone(
     progress: &mut (dyn Progress + Send),
     interrupt: &AtomicBool,
 ) -> Result<Draped, RunError> {
-    let clock = Instant::now();
+    let clock = Stopwatch::start();
     let scene = built.scene();
     let mut dog = Watchdog::new(scene);
     let state = built.geometry.start();
