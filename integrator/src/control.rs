@@ -110,7 +110,7 @@ impl RestDetector {
             let (_, value, _) = free.select_nth_unstable_by(index, f64::total_cmp);
             self.last = *value;
         }
-        if self.last < self.settings.kinetic_energy {
+        if self.last < self.settings.kinetic_energy && time >= self.settings.not_before {
             let since = *self.since.get_or_insert(time);
             self.settings.early && time - since >= self.settings.window
         } else {

@@ -266,6 +266,9 @@ pub struct StopSettings {
     pub kinetic_energy: f64,
     /// Time [s] for which every step must stay below.
     pub window: f64,
+    /// Simulated time [s] before which nothing counts as rest: something is
+    /// still to come.
+    pub not_before: f64,
 }
 
 impl Default for StopSettings {
@@ -275,6 +278,7 @@ impl Default for StopSettings {
             percentile: 99.0,
             kinetic_energy: 1e-8,
             window: 0.1,
+            not_before: 0.0,
         }
     }
 }

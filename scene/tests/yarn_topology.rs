@@ -61,6 +61,34 @@ gravity = [0, 0, 0]
 frame_rate = 200
 "#;
 
+/// Wefts, drawn out between their ends by a fiftieth, are cut across.
+const CUT: &str = r#"
+name = "cut"
+[[cloth]]
+kind = "woven"
+yarns = [6, 5]
+spacing = 0.001
+yarn = "weaving"
+[topology]
+tail = 0.002
+[[cut]]
+time = 0.02
+from = [0.00447, -1.0]
+to = [0.00447, 1.0]
+[[pin]]
+select = { edge = "left" }
+[[pin]]
+select = { edge = "right" }
+motion = [{ time = 0 }, { time = 0.01, translation = [1.5e-4, 0, 0] }]
+[simulation]
+duration = 0.06
+gravity = [0, 0, 0]
+[stop]
+early = false
+[output]
+frame_rate = 1000
+"#;
+
 fn built(text: &str, folder: &Path, set: &[(&str, &str)]) -> BuiltScene {
     let own = |(k, v): &(&str, &str)| ((*k).to_owned(), (*v).to_owned());
     let set: Vec<_> = set.iter().map(own).collect();
@@ -165,12 +193,12 @@ fn a_row_unravels() {
 /// one that went through, bit for bit, in the same frames.
 #[test]
 fn resume_after_events() {
-    for (text, stop_at) in [(KNIT, 250), (WOVEN, 12)] {
+    for (text, stop_at, least) in [(KNIT, 250, 3), (WOVEN, 12, 3), (CUT, 25, 0)] {
         let folder = tempfile::tempdir().expect("a folder");
         let through = whole(text, &folder.path().join("one"), &[]);
         let s = &through.summary;
         let topology = s.topology.expect("counts");
-        assert!(topology.released + topology.drawn > 2, "{topology:?}");
+        assert!(topology.released + topology.drawn >= least, "{topology:?}");
         let threads = [("assembly.threads", "2")];
         let two = whole(text, &folder.path().join("two"), &threads);
         assert_eq!(two.summary.final_state_hash, s.final_state_hash);
@@ -183,7 +211,8 @@ fn resume_after_events() {
         let cut = cut.expect("a run").summary;
         assert_eq!(cut.status, Status::Stopped);
         let before = cut.topology.expect("counts");
-        assert!(before.removed > 0 && before.removed < topology.removed);
+        assert!(before.removed + before.cut > 0);
+        assert!(least == 0 || before.removed < topology.removed);
         let never = AtomicBool::new(false);
         let rest = driver::run(&scene, &options(text, &part, true), &mut Silent, &never);
         let rest = rest.expect("a resumed run");
@@ -233,4 +262,114 @@ fn off_and_impossible() {
     let refused = built.simulation(built.geometry.start(), &built.drape_stage());
     let message = refused.map(|_| ()).expect_err("no yarns").findings()[0].to_string();
     assert!(message.contains("not made of yarns"), "{message}");
+}
+
+/// A cut takes effect in the step that reaches its time: the five wefts part in
+/// the middle of a segment, let go of their pins and draw back; their halves are
+/// ways of their own in the recording from the start.
+#[test]
+fn cut_yarns_let_go() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let result = whole(CUT, folder.path(), &[]);
+    let s = &result.summary;
+    assert_eq!(s.status, Status::Finished, "{}", s.reason);
+    let topology = s.topology.expect("counts");
+    assert_eq!(topology.cut, 5);
+    assert!(topology.first_s.is_some_and(|t| (t - 0.02).abs() < 1e-9));
+    let recording = Recording::open(result.recording.as_deref().expect("a recording"));
+    let recording = recording.expect("a readable recording");
+    let start = built(CUT, folder.path(), &[]);
+    let network = &start.geometry.yarns.as_ref().expect("yarns").network;
+    let header = recording.header();
+    assert_eq!(header.points, network.strands.len() + 2 * 5);
+    assert_eq!(header.yarns.radii.len(), network.yarns.len() + 5);
+
+    // Both ends of a cut, of every weft: the last visit of a way and the first of the next.
+    let arcs = &header.yarns.arcs;
+    let ends: Vec<usize> = header
+        .yarns
+        .offsets
+        .windows(2)
+        .map(|w| w[1] as usize)
+        .collect();
+    let cuts = ends
+        .iter()
+        .filter(|e| **e < arcs.len() && arcs[**e] == arcs[**e - 1]);
+    let cuts: Vec<usize> = cuts.copied().collect();
+    assert_eq!(cuts.len(), 5);
+    let x = |frame: &[f64], k: usize| frame[3 * k];
+    for i in 0..recording.frames().len() {
+        let frame = recording.frame(i).expect("a frame");
+        for &k in &cuts {
+            let gap = x(&frame.positions, k) - x(&frame.positions, k - 1);
+            if frame.time < 0.02 - 1e-9 {
+                assert!(gap.abs() < 1e-12, "{gap} at {}", frame.time);
+                continue;
+            }
+            assert!(gap > -1e-9, "{gap} at {}", frame.time);
+        }
+    }
+    let last = recording
+        .frame(recording.frames().len() - 1)
+        .expect("a frame");
+    for &k in &cuts {
+        let gap = x(&last.positions, k) - x(&last.positions, k - 1);
+        assert!(gap > 2e-5, "the ends are {gap} m apart");
+    }
+    // Nothing is left of the wefts' tension, which friction on the warps alone holds.
+    let pulls = |time: f64| {
+        let step = recording.diagnostics().iter().filter(|d| d.accepted);
+        let step = step.min_by(|a, b| (a.time - time).abs().total_cmp(&(b.time - time).abs()));
+        step.expect("a step").pins[1].force[0].abs()
+    };
+    assert!(
+        pulls(0.06) < 0.2 * pulls(0.019),
+        "{} and {}",
+        pulls(0.06),
+        pulls(0.019)
+    );
+}
+
+/// Rest before a cut is not the end; cuts that cannot be made are
+/// refused at their place.
+#[test]
+fn cuts_are_waited_for_and_checked() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let patient = [
+        ("stop.early", "true"),
+        ("stop.kinetic_energy", "1.0"),
+        ("stop.window", "0.001"),
+        ("pin.1.motion", "[]"),
+    ];
+    let s = whole(CUT, folder.path(), &patient).summary;
+    assert_eq!(s.status, Status::Converged, "{}", s.reason);
+    assert_eq!(s.topology.expect("counts").cut, 5);
+    assert!(
+        s.simulated_s > 0.02 && s.simulated_s < 0.025,
+        "{}",
+        s.simulated_s
+    );
+    let refused = |text: &str, set: &[(&str, &str)]| {
+        let own = |(k, v): &(&str, &str)| ((*k).to_owned(), (*v).to_owned());
+        let set: Vec<_> = set.iter().map(own).collect();
+        let built = file::parse(text, &folder.path().join("scene.toml"), &set);
+        let built = built.and_then(BuiltScene::new);
+        built.map(|_| ()).expect_err("refused").to_string()
+    };
+    for (key, value, told) in [
+        ("cut.0.from", "[0.1, -1.0]", "crosses no yarn"),
+        ("cut.0.to", "[0.00447, -1.0]", "no length"),
+        ("cut.0.time", "-1.0", "cut.0.time"),
+        ("topology.changes", "false", "leave their contacts"),
+        ("cloth.0.sliding", "false", "sliding"),
+    ] {
+        let mut set = vec![(key, value)];
+        if key == "cut.0.from" {
+            set.push(("cut.0.to", "[0.1, 1.0]"));
+        }
+        let message = refused(CUT, &set);
+        assert!(message.contains(told), "{key}: {message}");
+    }
+    let sheet = "[[cloth]]\nsize = [0.1, 0.1]\n[[cut]]\ntime = 0\nfrom = [0, 0]\nto = [1, 1]\n";
+    assert!(refused(sheet, &[]).contains("not made of yarns"));
 }

@@ -14,6 +14,7 @@ mod repeat;
 mod scenes;
 mod starts;
 mod twist;
+mod yarn_events;
 mod yarns;
 
 use std::sync::OnceLock;
@@ -24,7 +25,7 @@ use crate::Case;
 pub fn all() -> &'static [&'static Case] {
     static ALL: OnceLock<Vec<&'static Case>> = OnceLock::new();
     ALL.get_or_init(|| {
-        let themes: [&'static [Case]; 14] = [
+        let themes: [&'static [Case]; 15] = [
             &integrator::CASES,
             &membrane::CASES,
             &bending::CASES,
@@ -39,6 +40,7 @@ pub fn all() -> &'static [&'static Case] {
             &invariance::CASES,
             &twist::CASES,
             &yarns::CASES,
+            &yarn_events::CASES,
         ];
         let mut all: Vec<&'static Case> = themes.into_iter().flatten().collect();
         all.sort_by_key(|c| c.number);

@@ -12,6 +12,7 @@ use selvedge_shell_model::{ShellMesh, sheet};
 use selvedge_yarn_model::YarnNetwork;
 
 use super::apart;
+use super::cuts;
 use super::passages::Passages;
 use super::rest;
 use super::sewn::{Sewn, held_labels};
@@ -108,7 +109,7 @@ impl Geometry {
         if scene.contact.part_crossed == Some(true) {
             part_crossed(parsed, &mut draft, &mut findings);
         }
-        finish(scene, draft)
+        let mut geometry = finish(scene, draft)
             .map_err(|message| {
                 let mut error = parsed.locations.error("scene::cloth", "cloth", message);
                 if scene.cloth.iter().any(Cloth::is_sewn) {
@@ -122,7 +123,12 @@ impl Geometry {
                 all.push(error);
                 all
             })
-            .inspect(|_| warnings.extend(findings.clone()))
+            .inspect(|_| warnings.extend(findings.clone()))?;
+        if scene.topology.changes && geometry.yarns.is_some() {
+            let cuts = cuts::planned(parsed, &geometry)?;
+            geometry.passages = Some(Passages::new(&geometry, &cuts));
+        }
+        Ok(geometry)
     }
 
     /// Values of points brought to the scene's order; those of trims, which
@@ -636,7 +642,7 @@ fn finish(scene: &SceneFile, draft: Draft) -> Result<Geometry, String> {
         ));
     }
     let rename = |p: u32| order.new_of_old[p as usize];
-    let mut geometry = Geometry {
+    Ok(Geometry {
         passages: None,
         positions: order.to_new(&draft.positions),
         mesh,
@@ -659,9 +665,5 @@ fn finish(scene: &SceneFile, draft: Draft) -> Result<Geometry, String> {
             sliding: scene.cloth.iter().any(|c| c.slides() == Some(true)),
         }),
         order,
-    };
-    if scene.topology.changes && geometry.yarns.is_some() {
-        geometry.passages = Some(Passages::new(&geometry));
-    }
-    Ok(geometry)
+    })
 }

@@ -5,6 +5,7 @@ mod anchor;
 mod apart;
 mod bodies;
 mod contact;
+mod cuts;
 mod draped;
 mod effects;
 mod geometry;

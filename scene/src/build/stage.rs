@@ -5,7 +5,7 @@ use selvedge_integrator::{
     ResidualNorm, Scheme, Settings, StaticSettings, StopSettings,
 };
 
-use super::BuiltScene;
+use super::{BuiltScene, Passages};
 use crate::file::model::{self, ResidualNormKind};
 
 /// What differs between the stages of a garment's assembly and the drape.
@@ -49,6 +49,8 @@ impl BuiltScene {
             curvature: curvature(i.curvature),
             ..StaticSettings::default()
         });
+        let passages = self.geometry.passages.as_ref();
+        let cut = passages.and_then(Passages::last_cut);
         StageOptions {
             self_contact: true,
             friction: statics.is_none() || i.static_friction,
@@ -76,6 +78,7 @@ impl BuiltScene {
                     percentile: s.percentile,
                     kinetic_energy: s.kinetic_energy,
                     window: s.window,
+                    not_before: cut.unwrap_or(0.0),
                 },
             },
             newton: NewtonSettings {

@@ -25,8 +25,9 @@ pub(crate) struct Topology {
 struct Happened {
     /// Simulated time \[s\].
     time: f64,
-    /// Events and the elastic energy that each removed \[J\].
-    events: Vec<(TopologyEvent, f64)>,
+    /// Elastic energy that they removed \[J\].
+    energy: f64,
+    events: Vec<TopologyEvent>,
 }
 
 /// Histories of terms that a change carries over, by the start of their names.
@@ -43,10 +44,9 @@ impl Topology {
     pub fn section(&self) -> Vec<f64> {
         let mut all = Vec::new();
         for h in &self.log {
-            all.extend([h.time, h.events.len() as f64]);
-            for (event, energy) in &h.events {
-                let [kind, strand] = event.encode().map(f64::from);
-                all.extend([kind, strand, *energy]);
+            all.extend([h.time, h.energy, h.events.len() as f64]);
+            for event in &h.events {
+                all.extend(event.encode().map(f64::from));
             }
         }
         all
@@ -56,16 +56,14 @@ impl Topology {
     pub fn of_section(section: &[f64]) -> Option<Self> {
         let mut log = Vec::new();
         let mut rest = section;
-        while let Some(([time, count], after)) = rest.split_first_chunk::<2>() {
-            let (events, after) = after.split_at_checked(3 * *count as usize)?;
-            let event = |e: &[f64; 3]| {
-                let event = TopologyEvent::decode([e[0] as u32, e[1] as u32])?;
-                Some((event, e[2]))
-            };
+        while let Some(([time, energy, count], after)) = rest.split_first_chunk::<3>() {
+            let (events, after) = after.split_at_checked(2 * *count as usize)?;
+            let event = |e: &[f64; 2]| TopologyEvent::decode(e.map(|x| x as u32));
             log.push(Happened {
                 time: *time,
+                energy: *energy,
                 events: events
-                    .as_chunks::<3>()
+                    .as_chunks::<2>()
                     .0
                     .iter()
                     .map(event)
@@ -80,11 +78,10 @@ impl Topology {
     pub fn replay(&self, start: &BuiltScene) -> Result<BuiltScene, Diagnostics> {
         let mut built = start.clone();
         for h in &self.log {
-            let events: Vec<TopologyEvent> = h.events.iter().map(|(e, _)| *e).collect();
             let Some(yarns) = &built.geometry.yarns else {
                 break;
             };
-            let change = Change::new(&yarns.network, &events).map_err(|e| built.refused(&e))?;
+            let change = Change::new(&yarns.network, &h.events).map_err(|e| built.refused(&e))?;
             built = built.changed(change)?;
         }
         Ok(built)
@@ -104,9 +101,8 @@ impl Topology {
         let state = simulation.state();
         let points = simulation.plan().layout.points;
         let pinned = pinned(simulation);
-        let events = changes(&yarns.network, &state.q[3 * points..], |n| {
-            pinned[n as usize]
-        });
+        let arcs = &state.q[3 * points..];
+        let mut events = built.events(&yarns.network, arcs, &pinned, state.time);
         if events.is_empty() {
             return Ok(None);
         }
@@ -119,14 +115,13 @@ impl Topology {
             pinned,
         };
         let first = self.log.len();
-        let mut events = events;
         while !events.is_empty() {
-            let energies = work.happen(&events)?;
             self.log.push(Happened {
                 time: state.time,
-                events: events.into_iter().zip(energies).collect(),
+                energy: work.happen(&events)?,
+                events,
             });
-            events = work.more();
+            events = work.more(state.time);
         }
         let next = State {
             layout: work.layout(),
@@ -155,23 +150,24 @@ impl Topology {
     fn line(&self) -> String {
         let s = self.summary();
         format!(
-            "yarns: {} contacts left, {} loops drawn out, {} nodes taken out; {:.3e} J removed",
-            s.released, s.drawn, s.removed, s.energy_removed_j
+            "yarns: {} cut, {} contacts left, {} loops drawn out, {} nodes taken out; {:.3e} J \
+             removed",
+            s.cut, s.released, s.drawn, s.removed, s.energy_removed_j
         )
     }
 
     /// Numbers of events and the energy that went with them.
     pub fn summary(&self) -> TopologySummary {
         let mut s = TopologySummary::default();
-        for (event, energy) in self.log.iter().flat_map(|h| &h.events) {
+        for event in self.log.iter().flat_map(|h| &h.events) {
             match event {
                 TopologyEvent::Release { .. } => s.released += 1,
                 TopologyEvent::Draw { .. } => s.drawn += 1,
                 TopologyEvent::Remove { .. } => s.removed += 1,
                 TopologyEvent::Cut { .. } => s.cut += 1,
             }
-            s.energy_removed_j += energy;
         }
+        s.energy_removed_j = self.log.iter().map(|h| h.energy).sum();
         s.first_s = self.log.first().map(|h| h.time);
         s.last_s = self.log.last().map(|h| h.time);
         s
@@ -201,46 +197,39 @@ impl Work {
         }
     }
 
-    fn more(&self) -> Vec<TopologyEvent> {
+    fn more(&self, time: f64) -> Vec<TopologyEvent> {
         let Some(network) = self.network() else {
             return Vec::new();
         };
-        changes(network, &self.q[3 * network.nodes()..], |n| {
-            self.pinned[n as usize]
-        })
+        let arcs = &self.q[3 * network.nodes()..];
+        self.built.events(network, arcs, &self.pinned, time)
     }
 
-    /// Makes events happen, and returns the energy that each removed \[J\].
-    fn happen(&mut self, events: &[TopologyEvent]) -> Result<Vec<f64>, Diagnostics> {
+    /// Makes events happen, and returns the energy that they removed \[J\].
+    fn happen(&mut self, events: &[TopologyEvent]) -> Result<f64, Diagnostics> {
         let Some(old) = self.network().cloned() else {
-            return Ok(Vec::new());
+            return Ok(0.0);
         };
-        let mut energies = Vec::with_capacity(events.len());
-        let mut before = elastic(&old, &self.q);
-        for k in 1..=events.len() {
-            let change = Change::new(&old, &events[..k]).map_err(|e| self.built.refused(&e))?;
-            let from = |n: u32| change.node_from[n as usize] as usize;
-            let driven = |n: u32| self.pinned[from(n)];
-            let (q, v) = change.carry(&old, &self.q, &self.v, driven);
-            let after = elastic(&change.network, &q);
-            energies.push(before - after);
-            before = after;
-            if k == events.len() {
-                let settings = FrictionSettings::default();
-                self.friction = change.friction_history(&old, settings, &self.friction);
-                let fresh = StitchWrapping::new(&change.network);
-                self.wrapping = change.wrapping_history(&old, &self.wrapping, &fresh);
-                self.pinned = change
-                    .node_from
-                    .iter()
-                    .map(|n| self.pinned[*n as usize])
-                    .collect();
-                (self.q, self.v) = (q, v);
-                self.built = self.built.changed(change)?;
-                break;
-            }
+        let before = elastic(&old, &self.q);
+        let change = Change::new(&old, events).map_err(|e| self.built.refused(&e))?;
+        let mut pinned: Vec<bool> = change
+            .node_from
+            .iter()
+            .map(|n| self.pinned[*n as usize])
+            .collect();
+        // New ends are free, whatever is held beside them.
+        for s in change.cuts.iter().flat_map(|[end, start, ..]| [end, start]) {
+            pinned[change.network.strands[*s as usize].node as usize] = false;
         }
-        Ok(energies)
+        let (q, v) = change.carry(&old, &self.q, &self.v, |n| pinned[n as usize]);
+        let after = elastic(&change.network, &q);
+        let settings = FrictionSettings::default();
+        self.friction = change.friction_history(&old, settings, &self.friction);
+        let fresh = StitchWrapping::new(&change.network);
+        self.wrapping = change.wrapping_history(&old, &self.wrapping, &fresh);
+        (self.pinned, self.q, self.v) = (pinned, q, v);
+        self.built = self.built.changed(change)?;
+        Ok(before - after)
     }
 }
 
@@ -289,6 +278,25 @@ impl BuiltScene {
     /// Whether yarns may leave their contacts.
     pub(crate) fn topology_changes(&self) -> bool {
         self.geometry.passages.is_some()
+    }
+
+    /// What happens to yarns that have slid to these arc lengths \[m\]: cuts that
+    /// are due first, all at once, then what follows from the lengths.
+    fn events(
+        &self,
+        network: &YarnNetwork,
+        arcs: &[f64],
+        pinned: &[bool],
+        time: f64,
+    ) -> Vec<TopologyEvent> {
+        let passages = self.geometry.passages.as_ref();
+        let due = passages.map(|p| p.due(network, time)).unwrap_or_default();
+        if due.is_empty() {
+            return changes(network, arcs, |n| pinned[n as usize]);
+        }
+        due.into_iter()
+            .map(|strand| TopologyEvent::Cut { strand })
+            .collect()
     }
 
     /// The scene with a changed network.

@@ -28,6 +28,7 @@ pub(crate) fn derive(
         ("button", "cloth"),
         ("buttonhole", "cloth"),
         ("buttonhole", "button"),
+        ("cut", "cloth"),
     ] {
         only_one(tree, kind, key, locations, findings);
     }
@@ -43,6 +44,8 @@ pub(crate) fn derive(
     let norm = read("integrator", "residual_norm");
     let statics = read("integrator", "kind") == Some(json!("static"));
     let matrix_free = read("solver", "product") == Some(json!("matrix-free"));
+    let cut = !items(tree, "cut").is_empty();
+    set(tree, "topology", "changes", || json!(cut));
     set(tree, "relaxation", "enabled", || json!(!yarns && !statics));
     set(tree, "solver", "kind", || {
         json!(if statics && !matrix_free {

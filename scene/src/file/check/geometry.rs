@@ -35,6 +35,63 @@ impl Check<'_> {
         }
     }
 
+    /// Cuts go through yarns that may leave their contacts.
+    pub(super) fn cuts(&mut self) {
+        let scene = self.scene;
+        let cloths: Vec<&str> = scene.cloth.iter().map(|c| c.name.as_str()).collect();
+        for (i, cut) in scene.cut.iter().enumerate() {
+            let path = format!("cut.{i}");
+            self.reference(&format!("{path}.cloth"), "cloth", &cut.cloth, &cloths);
+            let cloth = scene.cloth.iter().find(|c| c.name == cut.cloth);
+            let kind = cloth.map(|c| &c.shape);
+            if cloth.is_some_and(|c| !c.is_of_yarns()) {
+                self.error(
+                    "scene::cut",
+                    &format!("{path}.cloth"),
+                    format!("`{path}`: cloth {:?} is not made of yarns", cut.cloth),
+                    "a shell cannot be cut while it moves; cut the pattern instead",
+                );
+            } else if matches!(kind, Some(ClothShape::KnitPattern { .. })) {
+                self.error(
+                    "scene::cut",
+                    &format!("{path}.cloth"),
+                    format!(
+                        "`{path}`: the panels of cloth {:?} have coordinates of their own, which \
+                         lie on each other",
+                        cut.cloth
+                    ),
+                    "drape the pattern as a shell and knit its `final.obj` (`kind = \"knit-mesh\"`)",
+                );
+            } else if !scene.topology.changes {
+                self.error(
+                    "scene::cut",
+                    "topology.changes",
+                    "yarns that are cut leave their contacts",
+                    "`topology.changes = true`, or leave it out",
+                );
+            }
+            if cut.from == cut.to {
+                self.error(
+                    "scene::cut",
+                    &format!("{path}.to"),
+                    format!("`{path}` has no length: `to` is `from`"),
+                    "another place",
+                );
+            }
+            if cut.time > scene.simulation.duration {
+                self.warning(
+                    "scene::cut",
+                    &format!("{path}.time"),
+                    format!(
+                        "`{path}.time` = {} s is after the end of the run at {} s",
+                        cut.time, scene.simulation.duration
+                    ),
+                    "a longer `simulation.duration`",
+                );
+            }
+        }
+    }
+
     /// Cloth of yarns keeps to itself, and slides all or none.
     pub(super) fn yarns(&mut self) {
         let cloth = &self.scene.cloth;

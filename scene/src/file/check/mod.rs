@@ -28,6 +28,7 @@ pub(crate) fn check(scene: &SceneFile, locations: &Locations, findings: &mut Dia
     check.cloths();
     check.layers();
     check.yarns();
+    check.cuts();
     check.bodies();
     check.holds();
     check.trims();

@@ -50,7 +50,14 @@ impl Check<'_> {
 
     /// What a search for rest cannot have.
     fn statics(&mut self) {
-        if self.scene.topology.changes {
+        if !self.scene.cut.is_empty() {
+            self.error(
+                "scene::statics",
+                "cut.0",
+                "nothing is cut in a static solve, which has no time",
+                "another `integrator.kind`",
+            );
+        } else if self.scene.topology.changes {
             self.error(
                 "scene::statics",
                 "topology.changes",

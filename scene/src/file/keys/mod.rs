@@ -66,6 +66,12 @@ pub(crate) static SCENE: Table = Table::new(
             "{}",
             "Yarns that leave their contacts.",
         ),
+        key(
+            "cut",
+            Tables(&yarn::CUT),
+            "[]",
+            "Straight cuts through cloth of yarns.",
+        ),
         key("mesh", Sub(&settings::MESH), "{}", "Triangulation."),
         key(
             "contact",

@@ -180,7 +180,8 @@ pub(super) static STOP: Table = Table::new(
             "early",
             Bool,
             "true",
-            "Whether to end before `simulation.duration` when the cloth is at rest.",
+            "Whether to end before `simulation.duration` when the cloth is at rest; not while \
+             something moves or is still to be cut.",
         ),
         key(
             "percentile",

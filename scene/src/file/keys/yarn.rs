@@ -1,5 +1,7 @@
-use super::super::spec::Kind::{Bool, Choice, Integers, Path, Text};
-use super::super::spec::{Key, Range, Table, key, number, optional, required};
+use super::super::spec::Kind::{self, Bool, Choice, Integers, Path, Text, Vector};
+use super::super::spec::{
+    Key, NOT_NEGATIVE, Range, Table, derived, key, number, optional, required,
+};
 use super::cloth::EDGE_LENGTH;
 
 /// A kind of yarn.
@@ -261,10 +263,10 @@ pub(super) static KNIT: &[Key] = &[
 pub(super) static TOPOLOGY: Table = Table::new(
     "",
     &[
-        key(
+        derived(
             "changes",
             Bool,
-            "false",
+            "true where something is cut, else false",
             "Whether yarns leave their contacts: when their end slides past, when a loop that \
              holds nothing is drawn out. They need `sliding`.",
         ),
@@ -275,6 +277,40 @@ pub(super) static TOPOLOGY: Table = Table::new(
             "With `changes`: length of the free end beyond the contact in which a yarn ends; \
              0 ties ends to their contacts.",
         ),
+    ],
+);
+
+const FLAT_PLACE: Kind = Vector {
+    len: 2,
+    unit: "m",
+    range: Range::within(100.0),
+};
+
+pub(super) static CUT: Table = Table::new(
+    "A straight cut. Every yarn that crosses it on the flat cloth is cut half-way between the two \
+     contacts on either side, at the end of the step that reaches the time; the new ends are free, \
+     and slide out of their contacts where they are drawn.",
+    &[
+        required(
+            "time",
+            number("s", NOT_NEGATIVE),
+            "Time at which it happens; a run does not end at rest before.",
+        ),
+        derived(
+            "cloth",
+            Text,
+            "the only piece of cloth",
+            "Name of the piece of cloth, of yarns.",
+        ),
+        required(
+            "from",
+            FLAT_PLACE,
+            "Where it begins on the flat cloth: along courses or wefts, then along wales or \
+             warps, from the bottom-left corner (with `topology.tail` that of the free ends); \
+             texture coordinates times `scale` for cloth of a mesh.",
+        )
+        .hint("m, not mm"),
+        required("to", FLAT_PLACE, "Where it ends, likewise.").hint("m, not mm"),
     ],
 );
 

@@ -30,7 +30,7 @@ pub use settings::{
 pub use trim::{Button, Buttonhole};
 pub use watchdog::{WatchdogAnswer, WatchdogSettings};
 pub(crate) use yarn::yarn_named;
-pub use yarn::{TopologySettings, YarnEntry, YarnLibrary};
+pub use yarn::{Cut, TopologySettings, YarnEntry, YarnLibrary};
 
 /// A scene: what to simulate and how, with every default filled in.
 ///
@@ -63,6 +63,8 @@ pub struct SceneFile {
     pub yarn: BTreeMap<String, YarnEntry>,
     /// Yarns that leave their contacts.
     pub topology: TopologySettings,
+    /// Cuts through cloth of yarns.
+    pub cut: Vec<Cut>,
     /// Triangulation.
     pub mesh: MeshSettings,
     /// Contact and friction.

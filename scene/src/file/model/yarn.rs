@@ -64,6 +64,19 @@ pub struct TopologySettings {
     pub tail: f64,
 }
 
+/// A straight cut through cloth of yarns.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cut {
+    /// Time at which it happens \[s\].
+    pub time: f64,
+    /// Name of the cloth.
+    pub cloth: String,
+    /// Where it begins on the flat cloth \[m\].
+    pub from: [f64; 2],
+    /// Where it ends on the flat cloth \[m\].
+    pub to: [f64; 2],
+}
+
 impl YarnLibrary {
     /// Library yarn of a name.
     pub fn named(name: &str) -> Option<Self> {
