@@ -156,18 +156,14 @@ fn summaries_count_yarns_in_each_other() {
 /// The same bits on one thread and two, and from a snapshot.
 #[test]
 fn bits_do_not_depend_on_threads_or_interruption() {
-    let rib = [
-        ("cloth.0.chart", "rib-2x2"),
-        ("cloth.0.stitches", "[12, 8]"),
-    ];
-    let built = build(KNIT, &rib).expect("a scene");
-    let (one, most) = run(&built, 120, 1);
-    assert!(most > 20, "{most} contacts");
-    assert_eq!(one.state(), run(&built, 120, 2).0.state());
-    let (mut first, _) = run(&built, 70, 1);
+    let built = build(LAYERS, &[("contact.self", "true")]).expect("a scene");
+    let (one, most) = run(&built, 100, 1);
+    assert!(most > 100, "{most} contacts");
+    assert_eq!(one.state(), run(&built, 100, 2).0.state());
+    let (mut first, _) = run(&built, 60, 1);
     let mut second = simulation(&built);
     second.restore(&first.snapshot()).expect("the same plan");
-    for _ in 0..50 {
+    for _ in 0..40 {
         first.advance().expect("a step");
         second.advance().expect("a step");
     }
