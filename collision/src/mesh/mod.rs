@@ -288,7 +288,7 @@ impl CollisionMesh {
     ) -> Vec3 {
         if self.triangles.is_empty() {
             let x = nodes.map(|n| point(q, n));
-            return across(sub(x[1], x[0]), sub(x[3], x[2]));
+            return segments::across(sub(x[1], x[0]), sub(x[3], x[2]));
         }
         let side = |want: bool| (0..4).filter(move |i| first[*i] == want).map(|i| nodes[i]);
         let rank = |want| side(want).map(|n| (self.components[n as usize], n)).min();
@@ -355,20 +355,6 @@ fn check(points: usize, triangles: &[[u32; 3]]) -> Result<(), CollisionError> {
         }
     }
     Ok(())
-}
-
-/// A unit vector across two directions. Pairs of two yarns agree on it where both
-/// run on without a sharp turn.
-fn across(a: Vec3, b: Vec3) -> Vec3 {
-    let any = || {
-        let least = (0..3).min_by(|i, j| a[*i].abs().total_cmp(&a[*j].abs()));
-        let axis = std::array::from_fn(|k| f64::from(u8::from(Some(k) == least)));
-        unit(cross(a, axis))
-    };
-    let n = cross(a, b);
-    let parallel = norm(n) <= 1e-6 * norm(a) * norm(b);
-    let n = if parallel { None } else { unit(n) };
-    n.or_else(any).unwrap_or([0.0, 0.0, 1.0])
 }
 
 /// Triangles around each point, in compressed rows.

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 
 use super::neighbours::Neighbours;
 use super::patches::Patches;
-use super::{CollisionMesh, check_count, check_thickness, components, exclusions::Exclusions};
+use super::{CollisionMesh, check_count, check_thickness, exclusions::Exclusions};
 use crate::narrow::PairKind;
-use crate::vec3::point;
+use crate::vec3::{Vec3, cross, norm, point, unit};
 use crate::{BvhParry, Candidates, CollisionBackend, CollisionError, ProximityBackend};
 
 /// A straight piece of yarn between two points.
@@ -87,8 +87,8 @@ impl CollisionMesh {
             triangles: Vec::new(),
             patches: Patches::of_edges(&edges),
             exclusions,
-            components: components(points, &edges),
-            around_start: vec![0; points + 1],
+            components: Vec::new(),
+            around_start: Vec::new(),
             around: Vec::new(),
             point_area,
             edge_area,
@@ -191,4 +191,18 @@ fn single(segments: &[Segment]) -> Vec<Segment> {
         }
     }
     out
+}
+
+/// A unit vector across two directions. Pairs of two yarns agree on it where both
+/// run on without a sharp turn.
+pub(super) fn across(a: Vec3, b: Vec3) -> Vec3 {
+    let any = || {
+        let least = (0..3).min_by(|i, j| a[*i].abs().total_cmp(&a[*j].abs()));
+        let axis = std::array::from_fn(|k| f64::from(u8::from(Some(k) == least)));
+        unit(cross(a, axis))
+    };
+    let n = cross(a, b);
+    let parallel = norm(n) <= 1e-6 * norm(a) * norm(b);
+    let n = if parallel { None } else { unit(n) };
+    n.or_else(any).unwrap_or([0.0, 0.0, 1.0])
 }
