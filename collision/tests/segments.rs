@@ -168,7 +168,13 @@ fn no_pair_is_missed() {
                     let n = 3 * n as usize;
                     [q[n], q[n + 1], q[n + 2]]
                 });
-                let radius = |e: [u32; 2]| if e[0] / 12 % 2 == 0 { R } else { 0.6 * R };
+                let radius = |e: [u32; 2]| {
+                    if (e[0] / 12).is_multiple_of(2) {
+                        R
+                    } else {
+                        0.6 * R
+                    }
+                };
                 let distance = selvedge_collision::narrow::closest_edge_edge(&at).distance;
                 // Radii of segments are kept in single precision.
                 expected += usize::from(distance.abs() < radius(x) + radius(y));
