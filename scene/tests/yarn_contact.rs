@@ -171,6 +171,20 @@ fn bits_do_not_depend_on_threads_or_interruption() {
     assert_eq!(first.state(), one.state());
 }
 
+/// Loops laid flat let go so fast that points leave the margin of contact. Such steps
+/// are taken again from their start, not refused: while nothing touches the
+/// motion is that without contact, to the last bit.
+#[test]
+fn fast_starts_are_as_without_contact() {
+    let end = |on: &str| {
+        let set = [("cloth.0.stitches", "[12, 12]"), ("contact.self", on)];
+        run(&build(KNIT, &set).expect("a scene"), 40, 1)
+    };
+    let (touching, most) = end("true");
+    assert_eq!((most, touching.counters().rejected), (0, 0));
+    assert_eq!(touching.state(), end("false").0.state());
+}
+
 /// The last row of a garter patch with open loops, pulled at its end.
 const PULLED: &str = r#"
 [[cloth]]
