@@ -20,11 +20,13 @@ pub enum CollisionError {
         /// Number of points.
         points: usize,
     },
-    /// A triangle names a point twice.
-    #[error("triangle {triangle} names point {point} twice")]
+    /// A triangle or a segment names a point twice.
+    #[error("{what} {index} names point {point} twice")]
     RepeatedPoint {
-        /// Index of the triangle.
-        triangle: usize,
+        /// "triangle" or "segment".
+        what: &'static str,
+        /// Index of the triangle or segment.
+        index: usize,
         /// The point named twice.
         point: u32,
     },

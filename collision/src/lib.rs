@@ -67,7 +67,7 @@ pub use friction::{
     pair_friction,
 };
 pub use intersection::{Intersection, self_intersections};
-pub use mesh::CollisionMesh;
+pub use mesh::{CollisionMesh, Joined, Segment};
 pub use potential::{ContactPotential, ContactQuadratic, ContactStiffness, Repulsion};
 pub use proximity::ProximityBackend;
 pub use source::{

@@ -68,8 +68,6 @@ pub(crate) fn figures(built: &BuiltScene, q: &[f64], time: f64) -> Figures {
             }
         }
     }
-    let mut broad = broad_phase(built.scene().contact.broad_phase);
-    let crossings = self_intersections(q, g.mesh.triangles(), broad.as_mut());
     // A point's panel is that of the first triangle around it.
     let part =
         |t: usize| g.panel_names[usize::from(g.scene_panel[g.triangle_order[t] as usize])].clone();
@@ -86,15 +84,19 @@ pub(crate) fn figures(built: &BuiltScene, q: &[f64], time: f64) -> Figures {
             .collect(),
         depth_m: Some(deepest),
     });
-    let crossing = |c: &Intersection| {
-        let parts = around(&c.edge).into_iter().chain([c.triangle as usize]);
+    let crossing = |(at, crossed): ([f64; 3], Option<Intersection>)| {
+        let parts = crossed.iter().flat_map(|c| {
+            let parts = around(&c.edge).into_iter().chain([c.triangle as usize]);
+            parts.map(part)
+        });
         Defect {
             kind: "self-intersection",
-            at: c.place,
-            parts: parts.map(part).collect(),
+            at,
+            parts: parts.collect(),
             depth_m: None,
         }
     };
+    let crossings = crossings(built, q);
     let gap = g.spring_seams.iter().map(|&(p, [a, b], w)| {
         let (p, a, b) = (points[p as usize], points[a as usize], points[b as usize]);
         (0..3)
@@ -102,18 +104,34 @@ pub(crate) fn figures(built: &BuiltScene, q: &[f64], time: f64) -> Figures {
             .sum::<f64>()
             .sqrt()
     });
+    let count = crossings.len();
+    let listed = crossings.into_iter().take(LISTED_CROSSINGS);
     Figures {
         max_penetration: deepest,
-        self_intersections: crossings.len(),
+        self_intersections: count,
         max_strain,
         mean_strain,
         max_seam_gap: gap.fold(0.0, f64::max),
         max_drop: max_drop(built, points),
         defects: penetration
             .into_iter()
-            .chain(crossings.iter().take(LISTED_CROSSINGS).map(crossing))
+            .chain(listed.map(crossing))
             .collect(),
     }
+}
+
+/// Where cloth passes through itself: edges through triangles, or yarns that no
+/// stitch joins in each other.
+fn crossings(built: &BuiltScene, q: &[f64]) -> Vec<([f64; 3], Option<Intersection>)> {
+    if built.geometry.yarns.is_some() {
+        // Points that are nowhere are in nothing.
+        let places = built.passed_into(q).unwrap_or_default();
+        return places.into_iter().map(|p| (p, None)).collect();
+    }
+    let mut broad = broad_phase(built.scene().contact.broad_phase);
+    let triangles = built.geometry.mesh.triangles();
+    let found = self_intersections(q, triangles, broad.as_mut());
+    found.into_iter().map(|c| (c.place, Some(c))).collect()
 }
 
 /// Largest and mean magnitude of the strain of edges, or of the segments of

@@ -62,7 +62,9 @@ pub struct Summary {
     pub memory: BTreeMap<String, usize>,
     /// Deepest penetration of a body at the end [m].
     pub max_penetration_m: f64,
-    /// Edge-triangle intersections of the cloth with itself at the end.
+    /// Edge-triangle intersections of the cloth with itself at the end; of yarns
+    /// the pairs of segments that no stitch joins and whose centre lines are closer
+    /// than half of the sum of their radii.
     pub self_intersections: usize,
     /// Largest `|l / l_0 − 1|` over all edges, or over all segments of yarns with
     /// the arc lengths of the state [1].

@@ -60,13 +60,16 @@ fn cloth_falls_freely() {
     let yarn = "[yarn.light]\nlibrary = \"weaving\"\nmass_damping = 0\n";
     let woven = "[[cloth]]\nkind = \"woven\"\nyarns = [8, 8]\nyarn = \"light\"\n";
     let knit = "[[cloth]]\nkind = \"knit\"\nstitches = [6, 6]\nyarn = \"light\"\n";
-    for (cloth, sliding, tolerance) in [
-        (woven, "true", 1e-5),
-        (woven, "false", 1e-5),
-        (knit, "true", 5e-3),
+    // Loops that are laid push each other with a thousand times their weight: of systems
+    // solved to 1e-2 the weight is in what is left.
+    for (cloth, sliding, solved, tolerance) in [
+        (woven, "true", "1e-2", 1e-5),
+        (woven, "false", "1e-2", 1e-5),
+        (knit, "true", "1e-6", 5e-3),
     ] {
         let text = format!("{cloth}{yarn}");
-        let built = build(&text, &[("cloth.0.sliding", sliding)]).expect("a scene");
+        let set = [("cloth.0.sliding", sliding), ("solver.tolerance", solved)];
+        let built = build(&text, &set).expect("a scene");
         let steps = 60;
         let simulation = run(&built, steps, 1);
         let (x, _) = simulation.state().q.as_chunks::<3>();

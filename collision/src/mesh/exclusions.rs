@@ -1,6 +1,7 @@
 use std::collections::BTreeMap;
 
 use super::incidence;
+use super::neighbours::Neighbours;
 
 /// Pairs that never make a contact although they share no point.
 ///
@@ -17,6 +18,8 @@ pub(crate) struct Exclusions {
     /// Sorted `(lower edge, higher edge)` pairs close on the rest surface.
     edge_edge: Vec<[u32; 2]>,
     close_edges: Bits,
+    /// Points joined by a short way along segments.
+    pub near: Neighbours,
 }
 
 impl Exclusions {
@@ -44,6 +47,7 @@ impl Exclusions {
             close_vertices: Bits::new(points),
             edge_edge: Vec::new(),
             close_edges: Bits::new(edges.len()),
+            near: Neighbours::default(),
         };
         out.add_close(points, triangles, edges, lengths, radius);
         out
@@ -67,6 +71,7 @@ impl Exclusions {
             .any(|p| self.linked.get(*p) && eb.iter().any(|r| self.joins(*p, *r)))
             || (self.close_edges.get(a)
                 && self.edge_edge.binary_search(&[a.min(b), a.max(b)]).is_ok())
+            || self.near.join(ea, eb)
     }
 
     pub(crate) fn heap_bytes(&self) -> usize {
@@ -74,6 +79,19 @@ impl Exclusions {
             + self.linked.heap_bytes()
             + self.close_vertices.heap_bytes()
             + self.close_edges.heap_bytes()
+            + self.near.heap_bytes()
+    }
+
+    /// Adds pairs of edges.
+    pub(crate) fn add_edges(&mut self, pairs: impl Iterator<Item = [u32; 2]>) {
+        for [a, b] in pairs {
+            self.close_edges.set(a);
+            self.close_edges.set(b);
+            self.edge_edge.push([a.min(b), a.max(b)]);
+        }
+        self.edge_edge.sort_unstable();
+        self.edge_edge.dedup();
+        self.edge_edge.shrink_to_fit();
     }
 
     /// Finds the pairs within `radius` on the rest surface, point by point.

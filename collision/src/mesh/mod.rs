@@ -2,20 +2,25 @@
 
 mod areas;
 mod exclusions;
+mod neighbours;
 mod patches;
+mod segments;
 
 pub(crate) use patches::{PATCH_EDGES, PATCH_POINTS, Patch, Patches};
+
+pub use segments::{Joined, Segment};
 
 use areas::{edge_areas, voronoi_area};
 
 use crate::error::check_length;
+use crate::narrow::PairKind;
 use crate::vec3::{Vec3, cross, dot, norm, point, sub, unit};
 use crate::{CollisionError, mesh::exclusions::Exclusions};
 
 /// Points, triangles and edges of all cloth, with the pairs that never count
-/// as a contact.
+/// as a contact. [`from_segments`](Self::from_segments) makes one of edges alone.
 ///
-/// Excluded are pairs of a vertex and a triangle, or of two edges, that
+/// With triangles, excluded are pairs of a vertex and a triangle, or of two edges, that
 ///
 /// - share a point,
 /// - are joined by a link (a seam spring, a button): a point of one is linked
@@ -41,6 +46,8 @@ pub struct CollisionMesh {
     around: Vec<u32>,
     point_area: Vec<f32>,
     edge_area: Vec<f32>,
+    /// Radii of segments [m]; empty where all edges keep the thickness.
+    edge_radius: Vec<f32>,
     shortest_edge: f64,
     thickness: f64,
 }
@@ -118,13 +125,7 @@ impl CollisionMesh {
         thickness: f64,
     ) -> Result<Self, CollisionError> {
         check(points, &triangles)?;
-        if !(thickness > 0.0 && thickness.is_finite()) {
-            return Err(CollisionError::Parameter {
-                name: "thickness",
-                value: thickness,
-                requirement: "positive and finite",
-            });
-        }
+        check_thickness(thickness)?;
         for (index, pair) in links.iter().enumerate() {
             if let Some(&point) = pair.iter().find(|p| **p as usize >= points) {
                 let what = "link";
@@ -164,6 +165,7 @@ impl CollisionMesh {
             around,
             point_area,
             edge_area,
+            edge_radius: Vec::new(),
             shortest_edge,
             thickness,
         })
@@ -179,12 +181,12 @@ impl CollisionMesh {
         &self.triangles
     }
 
-    /// Edges, each once, lower point first.
+    /// Edges, each once; those of triangles with the lower point first.
     pub fn edges(&self) -> &[[u32; 2]] {
         &self.edges
     }
 
-    /// Distance at which contact begins, as given \[m\].
+    /// Distance at which contact begins, the largest of any pair \[m\].
     pub fn thickness(&self) -> f64 {
         self.thickness
     }
@@ -192,6 +194,27 @@ impl CollisionMesh {
     /// Shortest rest edge \[m\]; infinite without triangles.
     pub fn shortest_edge(&self) -> f64 {
         self.shortest_edge
+    }
+
+    /// How far points may drift before a search is worth repeating \[m\]: a quarter
+    /// of the shortest edge of triangles, of the thickness of segments, which
+    /// may be as short as they like.
+    pub(crate) fn longest_drift(&self) -> f64 {
+        match self.triangles.is_empty() {
+            true => 0.25 * self.thickness,
+            false => 0.25 * self.shortest_edge,
+        }
+    }
+
+    /// By how much less than the thickness a pair keeps \[m\]: two segments keep
+    /// the sum of their radii.
+    #[inline]
+    pub(crate) fn spare(&self, kind: PairKind, pair: [u32; 2]) -> f64 {
+        if self.edge_radius.is_empty() || kind == PairKind::VertexTriangle {
+            return 0.0;
+        }
+        let [a, b] = pair.map(|e| f64::from(self.edge_radius[e as usize]));
+        (self.thickness - a - b).max(0.0)
     }
 
     /// Largest thickness that does not let neighbours interfere: a quarter of
@@ -228,7 +251,7 @@ impl CollisionMesh {
         size_of_val(&self.triangles[..])
             + size_of_val(&self.edges[..])
             + 4 * (self.components.len() + self.around_start.len() + self.around.len())
-            + 4 * (self.point_area.len() + self.edge_area.len())
+            + 4 * (self.point_area.len() + self.edge_area.len() + self.edge_radius.len())
             + self.patches.heap_bytes()
             + self.exclusions.heap_bytes()
     }
@@ -256,13 +279,17 @@ impl CollisionMesh {
     ///
     /// It is the mean surface normal at the nodes, wound as on the feature of
     /// the lower component, which goes against it: all pairs of two sheets that
-    /// lie in each other agree on who goes where.
+    /// lie in each other agree on who goes where. Segments go across both.
     pub(crate) fn separating_direction(
         &self,
         nodes: [u32; 4],
         first: [bool; 4],
         q: &[f64],
     ) -> Vec3 {
+        if self.triangles.is_empty() {
+            let x = nodes.map(|n| point(q, n));
+            return segments::across(sub(x[1], x[0]), sub(x[3], x[2]));
+        }
         let side = |want: bool| (0..4).filter(move |i| first[*i] == want).map(|i| nodes[i]);
         let rank = |want| side(want).map(|n| (self.components[n as usize], n)).min();
         let first_is_lower = rank(true) < rank(false);
@@ -289,13 +316,28 @@ impl CollisionMesh {
     }
 }
 
-fn check(points: usize, triangles: &[[u32; 3]]) -> Result<(), CollisionError> {
-    // Pair keys keep one bit of each index for themselves.
-    for (what, count) in [("points", points), ("triangles", triangles.len())] {
-        if count > 1 << 30 {
-            return Err(CollisionError::TooMany { what, count });
-        }
+/// Pair keys keep one bit of each index for themselves.
+fn check_count(what: &'static str, count: usize) -> Result<(), CollisionError> {
+    if count > 1 << 30 {
+        return Err(CollisionError::TooMany { what, count });
     }
+    Ok(())
+}
+
+fn check_thickness(thickness: f64) -> Result<(), CollisionError> {
+    if thickness > 0.0 && thickness.is_finite() {
+        return Ok(());
+    }
+    Err(CollisionError::Parameter {
+        name: "thickness",
+        value: thickness,
+        requirement: "positive and finite",
+    })
+}
+
+fn check(points: usize, triangles: &[[u32; 3]]) -> Result<(), CollisionError> {
+    check_count("points", points)?;
+    check_count("triangles", triangles.len())?;
     for (index, t) in triangles.iter().enumerate() {
         if let Some(&point) = t.iter().find(|p| **p as usize >= points) {
             let what = "triangle";
@@ -308,10 +350,8 @@ fn check(points: usize, triangles: &[[u32; 3]]) -> Result<(), CollisionError> {
         }
         if t[0] == t[1] || t[1] == t[2] || t[2] == t[0] {
             let point = if t[0] == t[1] { t[0] } else { t[2] };
-            return Err(CollisionError::RepeatedPoint {
-                triangle: index,
-                point,
-            });
+            let what = "triangle";
+            return Err(CollisionError::RepeatedPoint { what, index, point });
         }
     }
     Ok(())

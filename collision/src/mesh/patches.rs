@@ -6,9 +6,10 @@ pub(crate) const PATCH_POINTS: usize = PATCH_TRIANGLES + 2;
 /// Edges of a patch at most.
 pub(crate) const PATCH_EDGES: usize = 2 * PATCH_TRIANGLES + 1;
 
-/// Small groups of adjacent triangles: the leaves of the broad phase.
+/// Small groups of adjacent triangles, or of consecutive edges: the leaves of the
+/// broad phase.
 ///
-/// Every point and every edge is owned by one patch, so that a pair of
+/// With triangles every point and every edge is owned by one patch, so that a pair of
 /// primitives is met in one pair of patches. Points of a patch are listed with
 /// the owned ones first; triangles and owned edges refer to that list by
 /// position.
@@ -73,6 +74,45 @@ impl Patches {
             );
         }
         (edges, out)
+    }
+
+    /// Groups of consecutive edges that share points, in their order. Without
+    /// triangles nobody looks for points: none is owned.
+    pub(crate) fn of_edges(edges: &[[u32; 2]]) -> Self {
+        let mut out = Self::default();
+        out.close(0);
+        let mut first = 0;
+        for (e, ends) in edges.iter().enumerate() {
+            let before = out.edge_start[out.edge_start.len() - 1] as usize;
+            let fresh = |out: &Self| {
+                let known = |p: &&u32| out.points[first..].contains(*p);
+                2 - ends.iter().filter(known).count()
+            };
+            let full = |out: &Self| {
+                e - before == PATCH_EDGES || out.points.len() - first + fresh(out) > PATCH_POINTS
+            };
+            if e > before && (fresh(&out) == 2 || full(&out)) {
+                out.close_group(e);
+                first = out.points.len();
+            }
+            let local = ends.map(|p| {
+                let found = out.points[first..].iter().position(|x| *x == p);
+                found.unwrap_or_else(|| {
+                    out.points.push(p);
+                    out.points.len() - 1 - first
+                }) as u8
+            });
+            out.ends.push(local);
+        }
+        if !edges.is_empty() {
+            out.close_group(edges.len());
+        }
+        out
+    }
+
+    fn close_group(&mut self, edges: usize) {
+        self.owned.push(0);
+        self.close(edges);
     }
 
     fn add(

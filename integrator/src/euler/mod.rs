@@ -75,6 +75,18 @@ impl BackwardEuler {
         &self.settings
     }
 
+    /// Velocities and unknowns where the iteration begins.
+    fn begin(&mut self, plan: &ScenePlan, state: &State, dt: f64) {
+        match self.settings.scheme {
+            Scheme::Newton => self.v.copy_from_slice(&state.v),
+            Scheme::Linearised => self.v.fill(0.0),
+        }
+        if let Some(pins) = &plan.pins {
+            prescribe(pins, &state.q, state.time + dt, dt, &mut self.v);
+        }
+        extrapolate(&state.q, &self.v, None, dt, &mut self.q);
+    }
+
     fn resize(&mut self, dim: usize, terms: usize) {
         for array in [
             &mut self.q,
@@ -106,17 +118,10 @@ impl Integrator for BackwardEuler {
     ) -> Result<StepReport, StepError> {
         self.resize(state.layout.dim(), plan.terms.len());
         finite::check(state, &plan.owners)?;
-        match self.settings.scheme {
-            Scheme::Newton => self.v.copy_from_slice(&state.v),
-            Scheme::Linearised => self.v.fill(0.0),
-        }
         let time_end = state.time + request.dt;
-        if let Some(pins) = &plan.pins {
-            prescribe(pins, &state.q, time_end, request.dt, &mut self.v);
-        }
         let start = end_point(state, &state.q, request.dt);
         plan.begin_step(&start);
-        extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
+        self.begin(plan, state, request.dt);
         let start = step_start(state, &self.q, request.dt);
         self.contacts
             .begin_step(&mut plan.contacts, &start, ledger)?;
@@ -128,9 +133,13 @@ impl Integrator for BackwardEuler {
             if plan.contacts.iter().all(|c| c.covers(&at)) {
                 break report;
             }
-            // Newton goes on from its own result with candidates that cover it.
+            // Newton goes on from its own result with candidates that cover it; a
+            // linearised step is taken again from its start.
             let start = step_start(state, &self.q, request.dt);
             self.contacts.detect(&mut plan.contacts, &start, ledger)?;
+            if self.settings.scheme == Scheme::Linearised {
+                self.begin(plan, state, request.dt);
+            }
         };
 
         let at = end_point(state, &self.q, request.dt);

@@ -3,12 +3,11 @@
 use std::sync::Arc;
 
 use selvedge_collision::{
-    Body, BodyContact, BodyFaces, CollisionError, CollisionMesh, ContactQuadratic, ContactSource,
-    ContactStiffness, Friction, FrictionAnchored, FrictionLagged, SelfContact, SelfContactSettings,
-    pair_friction,
+    Body, BodyContact, BodyFaces, CollisionError, ContactQuadratic, ContactSource,
+    ContactStiffness, Friction, FrictionAnchored, FrictionLagged, pair_friction,
 };
 
-use super::{BuiltScene, StageOptions, holds, system};
+use super::{BuiltScene, StageOptions, holds};
 use crate::file::model::{Cloth, FrictionModel, Switch};
 
 /// Least and greatest coefficient of each kind of contact \[1\].
@@ -24,9 +23,12 @@ impl BuiltScene {
     /// Whether cloth may touch itself, and why.
     pub fn self_contact(&self) -> (bool, &'static str) {
         match self.scene().contact.self_contact {
-            _ if self.geometry.yarns.is_some() => (false, "yarns touch where they cross"),
             Switch::On => (true, "the scene says so"),
             Switch::Off => (false, "the scene says so"),
+            Switch::Auto if self.geometry.yarns.is_some() => (
+                false,
+                "stitches join yarns; others touch with `contact.self = true`",
+            ),
             Switch::Auto if self.scene().cloth.iter().any(Cloth::is_layered) => {
                 (true, "there are layers")
             }
@@ -183,30 +185,7 @@ impl BuiltScene {
             contacts.push(Box::new(contact));
         }
         if stage.self_contact && self.self_contact().0 {
-            let g = &self.geometry;
-            let links: Vec<[u32; 2]> = g
-                .spring_seams
-                .iter()
-                .flat_map(|(p, e, _)| e.map(|e| [*p, e]))
-                .collect();
-            let mesh = CollisionMesh::new(
-                g.mesh.points(),
-                g.mesh.triangles().to_vec(),
-                g.mesh.material(),
-                &links,
-                c.thickness,
-            )?;
-            let mut contact = SelfContact::new(mesh)
-                .with_backend(system::backend(c.broad_phase))
-                .with_settings(SelfContactSettings {
-                    release: c.release,
-                    ..SelfContactSettings::default()
-                })?
-                .with_potential(quadratic(
-                    ContactQuadratic::cloth(),
-                    c.thickness,
-                    c.stiffness,
-                ));
+            let mut contact = self.touching()?;
             if let Some(friction) = friction(rubs.on_cloth[1]) {
                 contact = contact
                     .with_friction(friction, masses)?

@@ -8,7 +8,7 @@ use super::alone::alone;
 use super::bodies::cache_folder;
 use crate::driver::{self, RunOptions, Silent};
 use crate::file::Parsed;
-use crate::file::model::{BodyShape, Cloth, ClothShape, IntegratorKind};
+use crate::file::model::{BodyShape, Cloth, ClothShape, IntegratorKind, Switch};
 use crate::summary::Status;
 
 /// Changes with anything that changes the shells' shape.
@@ -19,7 +19,7 @@ const FINAL: &str = "final.obj";
 ///
 /// Pattern, fabric, bodies at their start and gravity are those of the scene;
 /// what holds the yarns does not hold the shells. Cloth keeps `clearance` [m]
-/// from bodies. The drape ends at rest or after `time` [s].
+/// from bodies, and from cloth where yarns touch. The drape ends at rest or after `time` [s].
 ///
 /// # Errors
 /// A sentence, for shells that cannot be sewn and draped.
@@ -55,6 +55,10 @@ pub(super) fn draped(
         scene.integrator.kind = IntegratorKind::BackwardEuler;
         scene.relaxation.enabled = true;
         scene.contact.body_thickness = scene.contact.body_thickness.max(clearance);
+        if scene.contact.self_contact == Switch::On {
+            // Yarns of two layers begin as far apart as they will keep.
+            scene.contact.thickness = scene.contact.thickness.max(clearance);
+        }
         scene.output.report = false;
         for body in &mut scene.body {
             body.motion.clear();

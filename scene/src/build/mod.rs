@@ -19,6 +19,7 @@ mod sewn;
 mod stage;
 mod system;
 mod topology;
+mod touching;
 mod trims;
 mod yarn_panels;
 mod yarns;

@@ -1,5 +1,6 @@
 //! Yarns that leave their contacts during a run.
 
+use selvedge_collision::CollisionError;
 use selvedge_energy::{DofLayout, EvalPoint};
 use selvedge_integrator::{Simulation, State};
 use selvedge_shell_model::ShellMesh;
@@ -30,9 +31,14 @@ struct Happened {
     events: Vec<TopologyEvent>,
 }
 
+/// Relative difference of depths that rounding makes.
+const SAME: f64 = 1e-9;
+
 /// Histories of terms that a change carries over, by the start of their names.
 const FRICTION_TERM: &str = "yarn friction";
 const WRAPPING_TERM: &str = "stitch wrapping";
+/// Contact of yarns that no stitch joins.
+const TOUCHING: &str = "self-contact";
 
 impl Topology {
     /// Whether nothing has happened.
@@ -113,6 +119,7 @@ impl Topology {
             friction: history(simulation, FRICTION_TERM),
             wrapping: history(simulation, WRAPPING_TERM),
             pinned,
+            from: (0..points as u32).collect(),
         };
         let first = self.log.len();
         while !events.is_empty() {
@@ -125,11 +132,18 @@ impl Topology {
         }
         let next = State {
             layout: work.layout(),
-            q: work.q,
-            v: work.v,
+            q: work.q.clone(),
+            v: work.v.clone(),
             time: state.time,
         };
+        let touching = work.touching(built, simulation)?;
         let mut made = work.built.simulation(next, stage)?;
+        let contacts = &mut made.simulation.plan_mut().contacts;
+        for contact in contacts.iter_mut().filter(|c| c.name() == TOUCHING) {
+            contact
+                .restore_history(&touching)
+                .map_err(|e| built.refused(&e))?;
+        }
         for term in &mut made.simulation.plan_mut().terms {
             let kept = match term.batch.name() {
                 name if name.starts_with(FRICTION_TERM) => &work.friction,
@@ -182,6 +196,8 @@ struct Work {
     friction: Vec<f64>,
     wrapping: Vec<f64>,
     pinned: Vec<bool>,
+    /// What every point was before anything happened.
+    from: Vec<u32>,
 }
 
 impl Work {
@@ -203,6 +219,33 @@ impl Work {
         };
         let arcs = &self.q[3 * network.nodes()..];
         self.built.events(network, arcs, &self.pinned, time)
+    }
+
+    /// History for the contact of yarns that no stitch joins: what a broken contact
+    /// held together now overlaps, and parts softly; empty without such contact.
+    fn touching(
+        &self,
+        before: &BuiltScene,
+        simulation: &Simulation,
+    ) -> Result<Vec<f64>, Diagnostics> {
+        let contacts = &simulation.plan().contacts;
+        let Some(contact) = contacts.iter().find(|c| c.name() == TOUCHING) else {
+            return Ok(Vec::new());
+        };
+        let all = || -> Result<Vec<f64>, CollisionError> {
+            let mut now = self.built.touching()?;
+            let mut fresh = now.depths(&self.q)?;
+            let depths = before.touching()?.depths(&simulation.state().q)?;
+            for (depth, from) in fresh.iter_mut().zip(&self.from) {
+                // Places are the same but for rounding.
+                if *depth <= depths[*from as usize] * (1.0 + SAME) {
+                    *depth = 0.0;
+                }
+            }
+            let time = simulation.state().time;
+            now.changed_history(&contact.history(), depths.len(), &self.from, &fresh, time)
+        };
+        all().map_err(|e| before.refused(&e))
     }
 
     /// Makes events happen, and returns the energy that they removed \[J\].
@@ -227,6 +270,8 @@ impl Work {
         self.friction = change.friction_history(&old, settings, &self.friction);
         let fresh = StitchWrapping::new(&change.network);
         self.wrapping = change.wrapping_history(&old, &self.wrapping, &fresh);
+        let nodes = change.node_from.iter().map(|n| *n as usize);
+        self.from = nodes.map(|n| self.from[n]).collect();
         (self.pinned, self.q, self.v) = (pinned, q, v);
         self.built = self.built.changed(change)?;
         Ok(before - after)

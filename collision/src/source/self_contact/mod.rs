@@ -1,4 +1,5 @@
 mod bounds;
+mod measure;
 mod memory;
 mod near;
 mod overlap;
@@ -19,7 +20,6 @@ use super::side::Meeting;
 use super::{CHUNK, ContactSource, StepStart, check_margin, check_point, check_step, in_order};
 use crate::error::check_length;
 use crate::friction::common_coefficient;
-use crate::narrow::PairKind;
 use crate::proximity::check_positions;
 use crate::vec3::{combine, point, sub, tangential};
 use crate::{
@@ -54,7 +54,8 @@ pub struct SelfContactSettings {
     /// Fraction by which the predicted motion is overshot \[1\].
     pub overshoot: f64,
     /// How far points may drift before slow cloth is searched again \[m\];
-    /// zero searches in every step. A quarter of the shortest edge bounds it.
+    /// zero searches in every step. A quarter of the shortest edge bounds it, of
+    /// the thickness where the mesh has segments alone.
     pub skin: f64,
     /// Time in which pairs that begin closer than the thickness part \[s\];
     /// zero lets all their force act at once.
@@ -72,7 +73,8 @@ impl Default for SelfContactSettings {
     }
 }
 
-/// Cloth against itself: layers, folds, garment on garment.
+/// Cloth against itself: layers, folds, garment on garment. With a mesh of
+/// [segments](CollisionMesh::from_segments) yarns touch, edge against edge.
 ///
 /// Every vertex-triangle and every edge-edge pair closer than the thickness
 /// repels, each with its own closest points. All of them count, as in
@@ -215,32 +217,6 @@ impl SelfContact {
         Ok(())
     }
 
-    /// By how much the pairs at every point are closer than the thickness [m].
-    fn overlaps(&self, q: &[f64]) -> Vec<f64> {
-        let thickness = self.pairs.potential.thickness();
-        let mut out = vec![0.0_f64; self.pairs.mesh.points()];
-        let c = &self.pairs.candidates;
-        let vertex_triangle = c
-            .vertex_triangle
-            .iter()
-            .map(|p| (PairKind::VertexTriangle, p));
-        let edge_edge = c.edge_edge.iter().map(|p| (PairKind::EdgeEdge, p));
-        for (kind, pair) in vertex_triangle.chain(edge_edge) {
-            let nodes = match kind {
-                PairKind::VertexTriangle => self.pairs.mesh.vertex_triangle_nodes(*pair),
-                PairKind::EdgeEdge => self.pairs.mesh.edge_edge_nodes(*pair),
-            };
-            let closest = kind.closest(&nodes.map(|n| point(q, n)));
-            let depth = thickness - closest.distance.abs();
-            for (n, w) in nodes.iter().zip(closest.weights) {
-                if w != 0.0 && depth > 0.0 {
-                    out[*n as usize] = out[*n as usize].max(depth);
-                }
-            }
-        }
-        out
-    }
-
     /// The mesh.
     pub fn mesh(&self) -> &CollisionMesh {
         &self.pairs.mesh
@@ -334,7 +310,7 @@ impl ContactSource for SelfContact {
             skin,
             release,
         } = self.settings;
-        let skin = skin.min(0.25 * mesh.shortest_edge());
+        let skin = skin.min(mesh.longest_drift());
         let count = 3 * mesh.points();
         let (start, predicted) = (&step.q_start[..count], &step.q_predicted[..count]);
         self.near.clear();

@@ -44,6 +44,20 @@ impl Overlap {
         }
     }
 
+    /// The overlaps of points that come `from` these at a time [s]: what is left of
+    /// these, or what is `fresh` [m] where that is more.
+    pub fn changed(&self, from: &[u32], fresh: &[f64], time: f64, release: f64) -> Self {
+        let mut next = Self::default();
+        if !self.measured || !(release > 0.0) {
+            return next;
+        }
+        let left = (1.0 - (time - self.start) / release).clamp(0.0, 1.0);
+        let of = |p: &u32| left * self.points.get(*p as usize).copied().unwrap_or(0.0);
+        let both = from.iter().zip(fresh);
+        next.set(time, both.map(|(p, f)| of(p).max(*f)).collect());
+        next
+    }
+
     /// What a pair may still overlap [m].
     #[inline]
     pub fn allowed(&self, nodes: &[u32; 4]) -> f64 {
@@ -110,6 +124,11 @@ mod tests {
         numbers.push(7.0);
         let (mut again, rest) = Overlap::from_numbers(&numbers, 5).expect("its own numbers");
         assert_eq!(rest, [7.0]);
+        let fresh = [0.0, 0.0, 5e-5];
+        let mut changed = o.changed(&[1, 1, 4], &fresh, 1.01, 0.02);
+        changed.begin_step(1.01, 5e-3, 0.02);
+        assert!((changed.allowed(&[1, 1, 1, 1]) - 0.75 * 2e-4).abs() < 1e-15);
+        assert!((changed.allowed(&[2, 2, 2, 2]) - 0.75 * 5e-5).abs() < 1e-15);
         for o in [&mut o, &mut again] {
             o.begin_step(1.01, 5e-3, 0.02);
             assert!((o.allowed(&[0, 1, 2, 3]) - 1e-4).abs() < 1e-15);

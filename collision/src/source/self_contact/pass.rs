@@ -185,17 +185,25 @@ impl<'a> Pass<'a> {
         }
     }
 
+    /// Distance that a pair keeps [m].
+    #[inline]
+    fn kept(&self, kind: PairKind, pair: [u32; 2]) -> f64 {
+        self.thickness - self.pairs.mesh.spare(kind, pair)
+    }
+
     /// Repulsion at a gap, less what an initial overlap is still allowed.
     #[inline]
     fn repulsion(&self, kind: PairKind, pair: [u32; 2], gap: f64) -> Repulsion {
         let allowed = self.pairs.overlap.allowed(&self.nodes(kind, pair));
+        let spare = self.pairs.mesh.spare(kind, pair);
         let area = self.area(kind, pair);
-        self.pairs.potential.evaluate(gap + allowed, area)
+        self.pairs.potential.evaluate(gap + allowed + spare, area)
     }
 
     #[inline]
     pub(super) fn meet(&self, kind: PairKind, pair: [u32; 2], side: Option<Side>) -> Meeting {
         let nodes = self.nodes(kind, pair);
+        let kept = self.kept(kind, pair);
         let start = || nodes.map(|n| point(self.at.q_start, n));
         let fallback = || {
             self.pairs
@@ -210,7 +218,7 @@ impl<'a> Pass<'a> {
             fallback: &fallback,
             side,
         };
-        pair.meet(self.thickness)
+        pair.meet(kept)
     }
 
     /// Friction with the coefficient of a pair.
@@ -306,7 +314,8 @@ impl<'a> Pass<'a> {
             if self.curvature {
                 task.response.curvature.push(k);
             }
-            task.deepest = task.deepest.max(self.thickness - touch.gap);
+            let depth = self.kept(kind, pair) - touch.gap;
+            task.deepest = task.deepest.max(depth);
             task.active += 1;
         });
         merge(&mut task.response, &mut task.boundary);

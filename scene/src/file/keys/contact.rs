@@ -10,7 +10,8 @@ pub(super) static CONTACT: Table = Table::new(
             "self",
             Switch,
             "\"auto\"",
-            "Contact of cloth with cloth; `auto` decides by the scene (`selvedge plan`).",
+            "Contact of cloth with cloth; `auto` decides by the scene (`selvedge plan`). Yarns that \
+             no stitch or crossing joins touch where it is `true`, not with `auto`.",
         ),
         key(
             "broad_phase",
@@ -44,7 +45,7 @@ pub(super) static CONTACT: Table = Table::new(
             "thickness",
             number("m", Range::up_to(0.1)),
             "1e-3",
-            "Distance that cloth keeps from cloth.",
+            "Distance that cloth keeps from cloth; two yarns keep the sum of their radii instead.",
         )
         .hint("m, not mm"),
         key(
