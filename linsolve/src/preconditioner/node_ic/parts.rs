@@ -13,6 +13,9 @@ pub(super) struct Part {
 const LEAF: usize = 512;
 /// Share of a part's nodes on either side of a cut, at least.
 const SIDE: f64 = 0.2;
+/// How far behind its first neighbour a node is out of place, in medians of that
+/// distance.
+const LATE: usize = 2;
 
 /// Order of elimination and parts, children before their parents.
 ///
@@ -23,6 +26,12 @@ const SIDE: f64 = 0.2;
 /// spoils pivots (a knitted garment cut into 4 equal parts needs a diagonal shift
 /// of 1.6e-2 and 65 iterations, at its seams one of 2.5e-4 and 10). The order inside
 /// of parts is kept for the same reason.
+///
+/// What is not divided begins with the nodes that are out of place: rods along
+/// borders, which are numbered after the panel. Eliminated last, each of them would
+/// keep a coupling with every yarn that begins at it, of a level that grows along the
+/// yarn: dropping it spoils the pivots of the rod. A rod that comes first is a chain,
+/// almost without fill, and every yarn goes on from it in its own order.
 pub(super) fn dissect(adjacent: &[Vec<u32>]) -> (Vec<u32>, Vec<Part>) {
     let n = adjacent.len();
     let mut d = Dissection {
@@ -32,7 +41,29 @@ pub(super) fn dissect(adjacent: &[Vec<u32>]) -> (Vec<u32>, Vec<Part>) {
         parts: Vec::new(),
     };
     d.divide((0..n as u32).collect());
+    if d.parts.len() == 1 {
+        d.order = late_first(adjacent);
+    }
     (d.order, d.parts)
+}
+
+/// All nodes, those first that lie far behind their first neighbour or couple with
+/// such nodes alone; otherwise in their order.
+fn late_first(adjacent: &[Vec<u32>]) -> Vec<u32> {
+    let behind =
+        |(i, near): (usize, &Vec<u32>)| i - near.iter().fold(i, |first, &q| first.min(q as usize));
+    let behind: Vec<usize> = adjacent.iter().enumerate().map(behind).collect();
+    let mut sorted = behind.clone();
+    sorted.sort_unstable();
+    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0);
+    let far = |i: u32| behind[i as usize] > LATE * median;
+    let late = |&i: &u32| {
+        let near = &adjacent[i as usize];
+        far(i) || (!near.is_empty() && near.iter().all(|&q| far(q)))
+    };
+    let (mut order, rest): (Vec<u32>, Vec<u32>) = (0..adjacent.len() as u32).partition(late);
+    order.extend(rest);
+    order
 }
 
 struct Dissection<'a> {
@@ -177,6 +208,50 @@ mod tests {
         let one: Vec<_> = adjacent[..size as usize].to_vec();
         let inside = |near: &Vec<u32>| near.iter().copied().filter(|&q| q < size).collect();
         let one: Vec<Vec<u32>> = one.iter().map(inside).collect();
-        assert_eq!(dissect(&one).1.len(), 1);
+        let (order, parts) = dissect(&one);
+        assert_eq!(parts.len(), 1);
+        assert!(order.into_iter().eq(0..size));
+    }
+
+    /// A grid in rows with a rod of nodes at the beginnings of all rows but the last
+    /// three, numbered last: the rod is eliminated first, and the grid in its order.
+    /// Every fifth node of the rod has no row.
+    #[test]
+    fn rods_come_first() {
+        let (width, height) = (10u32, 40u32);
+        let size = width * height;
+        let mut adjacent = vec![Vec::new(); size as usize];
+        let mut join = |p: u32, q: u32| {
+            let n = adjacent.len().max(p.max(q) as usize + 1);
+            adjacent.resize(n, Vec::new());
+            adjacent[p as usize].push(q);
+            adjacent[q as usize].push(p);
+        };
+        for k in 0..size {
+            if k % width > 0 {
+                join(k, k - 1);
+            }
+            if k >= width {
+                join(k, k - width);
+            }
+        }
+        let mut rod = size;
+        for row in 0..height - 3 {
+            for spare in [false, true] {
+                if spare && row % 4 != 3 {
+                    continue;
+                }
+                for back in 1..=(rod - size).min(2) {
+                    join(rod, rod - back);
+                }
+                if !spare {
+                    join(rod, row * width);
+                }
+                rod += 1;
+            }
+        }
+        let (order, parts) = dissect(&adjacent);
+        assert_eq!(parts.len(), 1);
+        assert!(order.into_iter().eq((size..rod).chain(0..size)));
     }
 }
