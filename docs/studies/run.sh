@@ -62,7 +62,7 @@ garment() { # NAME BODY
     cat > "out/studies/$name-$edge.toml" <<EOF
 name = "$name"
 [simulation]
-duration = ${DURATION:-0.2}
+duration = ${DURATION:-0.1}
 [assemble]
 seam_time = 0.1
 settle_time = 0.05
@@ -83,7 +83,10 @@ EOF
     # shellcheck disable=SC2086
     "$selvedge" study "out/studies/$name-$edge.toml" --time cpu --resume --jobs "${JOBS:-1}" --plain-reference \
         --set assembly.threads=1 --vary "$features" ${STUDY_OPTIONS:-} -o "$folder"
-    keep "garment-$name" "$folder"
+    case $edge in
+    0.02) keep "garment-$name" "$folder" ;;
+    *) keep "garment-$name-$edge" "$folder" ;;
+    esac
 }
 
 yarns() { # SCENE DURATION STEPS
