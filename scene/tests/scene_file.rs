@@ -95,7 +95,7 @@ fn places_of_mistakes() {
         (
             "[slover]\n",
             "s.toml:3:2: unknown key `slover` (did you mean `solver`? known keys: name, \
-             description, simulation, cloth, body, pin, attachment, button, buttonhole, fabric, yarn, topology, \
+             description, simulation, cloth, body, pin, attachment, button, buttonhole, fabric, yarn, topology, cut, \
              mesh, contact, damping, integrator, relaxation, stop, solver, assembly, assemble, watchdog, output)",
         ),
         (
