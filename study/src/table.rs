@@ -108,7 +108,7 @@ fn cells(
     add("cpu_median_s", number(median(&cpu)));
     add("cpu_min_s", number(least(&cpu)));
     add(
-        "drape_cpu_median_s",
+        "cpu_drape_median_s",
         number(median(&times(|f| &f.drape_cpu_s))),
     );
     add("repeats", wall.len().to_string());
