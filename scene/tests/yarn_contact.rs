@@ -1,16 +1,18 @@
 //! Yarns that no stitch joins touch, where the scene says so.
 
+mod runs;
 mod text;
 
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
+use runs::{StopAt, options, uninterrupted};
 use selvedge_collision::{ContactResponse, StepStart};
 use selvedge_energy::EvalPoint;
 use selvedge_integrator::{Outcome, Simulation};
 use selvedge_scene::build::BuiltScene;
-use selvedge_scene::driver::{self, Progress, RunOptions, RunResult, Silent, Tick};
+use selvedge_scene::driver::{self, RunResult};
 use selvedge_scene::summary::Status;
 use text::{build, simulation};
 
@@ -208,30 +210,8 @@ duration = 0.4
 gravity = [0, 0, 0]
 "#;
 
-fn options(directory: &Path, resume: bool) -> RunOptions {
-    RunOptions {
-        directory: directory.to_owned(),
-        resume,
-        scene_text: String::new(),
-        version: "test".to_owned(),
-    }
-}
-
 fn whole(built: &BuiltScene, directory: &Path) -> RunResult {
-    let never = AtomicBool::new(false);
-    driver::run(built, &options(directory, false), &mut Silent, &never).expect("a run")
-}
-
-/// Raises the interrupt at a step.
-struct StopAt(Arc<AtomicBool>, u64);
-
-impl Progress for StopAt {
-    fn tick(&mut self, tick: &Tick<'_>) {
-        if tick.steps == self.1 {
-            self.0.store(true, Ordering::Relaxed);
-        }
-    }
-    fn note(&mut self, _: &str) {}
+    uninterrupted(built, &options("", directory, false))
 }
 
 /// Yarns that leave their contacts part softly and touch from then on; runs that
@@ -260,11 +240,9 @@ fn yarns_that_leave_their_contacts_touch() {
     let part = folder.path().join("part");
     let interrupt = Arc::new(AtomicBool::new(false));
     let mut stop = StopAt(interrupt.clone(), 250);
-    let cut = driver::run(&built, &options(&part, false), &mut stop, &interrupt);
+    let cut = driver::run(&built, &options("", &part, false), &mut stop, &interrupt);
     assert_eq!(cut.expect("a run").summary.status, Status::Stopped);
-    let never = AtomicBool::new(false);
-    let rest = driver::run(&built, &options(&part, true), &mut Silent, &never);
-    let rest = rest.expect("a resumed run").summary;
+    let rest = uninterrupted(&built, &options("", &part, true)).summary;
     assert_eq!(rest.final_state_hash, through.final_state_hash);
     assert_eq!(rest.topology, through.topology);
 }

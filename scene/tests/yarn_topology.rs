@@ -1,12 +1,15 @@
 //! Yarns that leave their contacts during a run: unravelling, recording, resume.
 
+mod runs;
+
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
+use runs::{StopAt, options, uninterrupted};
 use selvedge_record::Recording;
 use selvedge_scene::build::BuiltScene;
-use selvedge_scene::driver::{self, Progress, RunOptions, RunResult, Silent, Tick};
+use selvedge_scene::driver::{self, RunResult};
 use selvedge_scene::file;
 use selvedge_scene::summary::Status;
 
@@ -97,37 +100,9 @@ fn built(text: &str, folder: &Path, set: &[(&str, &str)]) -> BuiltScene {
     BuiltScene::new(parsed).expect("a scene that can be built")
 }
 
-fn options(text: &str, directory: &Path, resume: bool) -> RunOptions {
-    RunOptions {
-        directory: directory.to_owned(),
-        resume,
-        scene_text: text.to_owned(),
-        version: "test".to_owned(),
-    }
-}
-
 fn whole(text: &str, directory: &Path, set: &[(&str, &str)]) -> RunResult {
     let built = built(text, directory, set);
-    let never = AtomicBool::new(false);
-    driver::run(
-        &built,
-        &options(text, directory, false),
-        &mut Silent,
-        &never,
-    )
-    .expect("a run")
-}
-
-/// Raises the interrupt at a step.
-struct StopAt(Arc<AtomicBool>, u64);
-
-impl Progress for StopAt {
-    fn tick(&mut self, tick: &Tick<'_>) {
-        if tick.steps == self.1 {
-            self.0.store(true, Ordering::Relaxed);
-        }
-    }
-    fn note(&mut self, _: &str) {}
+    uninterrupted(&built, &options(text, directory, false))
 }
 
 /// Most of a small patch comes apart, and its held points are counted anew.
@@ -213,9 +188,7 @@ fn resume_after_events() {
         let before = cut.topology.expect("counts");
         assert!(before.removed + before.cut > 0);
         assert!(least == 0 || before.removed < topology.removed);
-        let never = AtomicBool::new(false);
-        let rest = driver::run(&scene, &options(text, &part, true), &mut Silent, &never);
-        let rest = rest.expect("a resumed run");
+        let rest = uninterrupted(&scene, &options(text, &part, true));
         assert_eq!(rest.summary.final_state_hash, s.final_state_hash);
         assert_eq!(rest.summary.topology, through.summary.topology);
         assert_eq!(rest.positions, through.positions);

@@ -125,7 +125,7 @@ impl CollisionMesh {
         thickness: f64,
     ) -> Result<Self, CollisionError> {
         check(points, &triangles)?;
-        check_thickness(thickness)?;
+        check_positive("thickness", thickness)?;
         for (index, pair) in links.iter().enumerate() {
             if let Some(&point) = pair.iter().find(|p| **p as usize >= points) {
                 let what = "link";
@@ -324,35 +324,44 @@ fn check_count(what: &'static str, count: usize) -> Result<(), CollisionError> {
     Ok(())
 }
 
-fn check_thickness(thickness: f64) -> Result<(), CollisionError> {
-    if thickness > 0.0 && thickness.is_finite() {
+fn check_positive(name: &'static str, value: f64) -> Result<(), CollisionError> {
+    if value > 0.0 && value.is_finite() {
         return Ok(());
     }
     Err(CollisionError::Parameter {
-        name: "thickness",
-        value: thickness,
+        name,
+        value,
         requirement: "positive and finite",
     })
+}
+
+/// Points of an element exist, and none is named twice.
+fn check_element(
+    what: &'static str,
+    index: usize,
+    named: &[u32],
+    points: usize,
+) -> Result<(), CollisionError> {
+    if let Some(&point) = named.iter().find(|p| **p as usize >= points) {
+        return Err(CollisionError::PointOutOfRange {
+            what,
+            index,
+            point,
+            points,
+        });
+    }
+    let again = |(i, p): &(usize, &u32)| named[i + 1..].contains(*p);
+    match named.iter().enumerate().find(again) {
+        Some((_, &point)) => Err(CollisionError::RepeatedPoint { what, index, point }),
+        None => Ok(()),
+    }
 }
 
 fn check(points: usize, triangles: &[[u32; 3]]) -> Result<(), CollisionError> {
     check_count("points", points)?;
     check_count("triangles", triangles.len())?;
     for (index, t) in triangles.iter().enumerate() {
-        if let Some(&point) = t.iter().find(|p| **p as usize >= points) {
-            let what = "triangle";
-            return Err(CollisionError::PointOutOfRange {
-                what,
-                index,
-                point,
-                points,
-            });
-        }
-        if t[0] == t[1] || t[1] == t[2] || t[2] == t[0] {
-            let point = if t[0] == t[1] { t[0] } else { t[2] };
-            let what = "triangle";
-            return Err(CollisionError::RepeatedPoint { what, index, point });
-        }
+        check_element("triangle", index, t, points)?;
     }
     Ok(())
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::neighbours::Neighbours;
 use super::patches::Patches;
-use super::{CollisionMesh, check_count, check_thickness, exclusions::Exclusions};
+use super::{CollisionMesh, check_count, check_element, check_positive, exclusions::Exclusions};
 use crate::narrow::PairKind;
 use crate::vec3::{Vec3, cross, norm, point, unit};
 use crate::{BvhParry, Candidates, CollisionBackend, CollisionError, ProximityBackend};
@@ -58,7 +58,9 @@ impl CollisionMesh {
         check_count("points", points)?;
         check_count("segments", segments.len())?;
         for (index, s) in segments.iter().enumerate() {
-            check_segment(points, index, s)?;
+            check_element("segment", index, &s.ends, points)?;
+            check_positive("length of a segment", s.length)?;
+            check_positive("radius", s.radius)?;
         }
         check_way(joined.near)?;
         check_way(joined.near_laid)?;
@@ -71,7 +73,7 @@ impl CollisionMesh {
         } else {
             2.0 * largest
         };
-        check_thickness(thickness)?;
+        check_positive("thickness", thickness)?;
         let uniform = segments.iter().all(|s| s.radius == largest);
         let mut exclusions = Exclusions::new(points, &[], &edges, &[], &[], 0.0);
         exclusions.near = Neighbours::within(points, &edges, &lengths, joined.near, |_| true);
@@ -147,32 +149,6 @@ fn check_way(near: f64) -> Result<(), CollisionError> {
         value: near,
         requirement: "finite and not negative",
     })
-}
-
-fn check_segment(points: usize, index: usize, s: &Segment) -> Result<(), CollisionError> {
-    let what = "segment";
-    if let Some(&point) = s.ends.iter().find(|p| **p as usize >= points) {
-        return Err(CollisionError::PointOutOfRange {
-            what,
-            index,
-            point,
-            points,
-        });
-    }
-    if s.ends[0] == s.ends[1] {
-        let point = s.ends[0];
-        return Err(CollisionError::RepeatedPoint { what, index, point });
-    }
-    for (name, value) in [("length of a segment", s.length), ("radius", s.radius)] {
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(CollisionError::Parameter {
-                name,
-                value,
-                requirement: "positive and finite",
-            });
-        }
-    }
-    Ok(())
 }
 
 /// One segment between two points: the thickest of several, and the shortest way.
