@@ -77,6 +77,9 @@ pub trait NewtonSystem: Send {
         ledger: &mut Ledger,
     );
 
+    /// Subtracts `A x` [N·s] of velocities `x` [m/s] from `b`.
+    fn subtract_product(&mut self, x: &[f64], b: &mut [f64]);
+
     /// Solves `A x = b` within the filter's range, from zero.
     ///
     /// # Errors

@@ -33,19 +33,25 @@ fn run(built: &BuiltScene, steps: usize, threads: usize) -> (Simulation, usize) 
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     pool.expect("threads").install(|| {
         let mut simulation = simulation(built);
-        let (mut most, mut done) = (0, 0);
-        while done < steps {
-            match simulation.advance().expect("a step") {
-                Outcome::Accepted { report, .. } => {
-                    most = most.max(report.contacts);
-                    done += 1;
-                }
-                Outcome::Rejected { .. } => {}
-                Outcome::Ended(end) => panic!("{end:?}"),
-            }
-        }
+        let most = advance(&mut simulation, steps);
         (simulation, most)
     })
+}
+
+/// Takes `steps` steps, refused ones not counted; the most contacts of one.
+fn advance(simulation: &mut Simulation, steps: usize) -> usize {
+    let (mut most, mut done) = (0, 0);
+    while done < steps {
+        match simulation.advance().expect("a step") {
+            Outcome::Accepted { report, .. } => {
+                most = most.max(report.contacts);
+                done += 1;
+            }
+            Outcome::Rejected { .. } => {}
+            Outcome::Ended(end) => panic!("{end:?}"),
+        }
+    }
+    most
 }
 
 /// Active contacts of the cloth where the scene lays it.
@@ -165,10 +171,8 @@ fn bits_do_not_depend_on_threads_or_interruption() {
     let (mut first, _) = run(&built, 60, 1);
     let mut second = simulation(&built);
     second.restore(&first.snapshot()).expect("the same plan");
-    for _ in 0..40 {
-        first.advance().expect("a step");
-        second.advance().expect("a step");
-    }
+    advance(&mut first, 40);
+    advance(&mut second, 40);
     assert_eq!(first.state(), second.state());
     assert_eq!(first.state(), one.state());
 }

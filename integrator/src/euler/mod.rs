@@ -1,5 +1,8 @@
+mod momentum;
 mod newton;
 mod residual;
+
+use momentum::Pieces;
 
 use crate::contact::Contacts;
 use crate::motion::{end_point, extrapolate, step_start};
@@ -43,6 +46,7 @@ pub struct BackwardEuler {
     forced_tolerance: Option<f64>,
     /// Residual and linear tolerance of the iteration before.
     before: Option<(f64, f64)>,
+    pieces: Pieces,
 }
 
 impl BackwardEuler {
@@ -67,6 +71,7 @@ impl BackwardEuler {
             forced: None,
             forced_tolerance: None,
             before: None,
+            pieces: Pieces::default(),
         })
     }
 
@@ -163,5 +168,6 @@ impl Integrator for BackwardEuler {
         5 * size_of_val(self.q.as_slice())
             + size_of_val(self.change.as_slice())
             + self.contacts.response.heap_bytes()
+            + self.pieces.heap_bytes()
     }
 }

@@ -6,6 +6,7 @@ use selvedge_linsolve::{LinsolveError, SolveReport, SolveStatus, dot};
 use super::BackwardEuler;
 use crate::motion::{end_point, extrapolate};
 use crate::norm::worst_point;
+use crate::pins::project;
 use crate::{
     CurvaturePolicy, Ledger, LineSearch, ScenePlan, Scheme, State, StepError, StepReport,
     StepRequest, finite,
@@ -67,8 +68,10 @@ impl BackwardEuler {
         })
     }
 
-    /// One solve at the state where the step starts; a step whose end has no
-    /// finite forces is refused.
+    /// One solve at the state where the step starts, for the change of the
+    /// velocities: a relative tolerance of the velocities themselves would leave
+    /// a part of them over in every step. A step whose end has no finite forces
+    /// is refused.
     fn linearised(
         &mut self,
         plan: &mut ScenePlan,
@@ -85,7 +88,9 @@ impl BackwardEuler {
             _ => Curvature::Projected,
         };
         self.assemble(plan, state, request, curvature, ledger)?;
+        self.carry_on(plan, state, ledger);
         let solve = self.solve(plan, ledger)?;
+        self.share_momentum(plan, ledger);
         report.linear_iterations = solve.iterations;
         if solve.status == SolveStatus::NegativeCurvature {
             report.negative_curvature = 1;
@@ -101,6 +106,19 @@ impl BackwardEuler {
             return Err(finite::in_residual(plan, state, &at, &self.b_try));
         }
         Ok(report)
+    }
+
+    /// Moves the residual of a linearised step from prescribed velocities alone
+    /// to those of the step's start.
+    fn carry_on(&mut self, plan: &mut ScenePlan, state: &State, ledger: &mut Ledger) {
+        self.dv.copy_from_slice(&state.v);
+        project(&plan.pins, &mut self.dv);
+        let (system, dv, b) = (&mut plan.system, &self.dv, &mut self.b);
+        ledger.time("solve", || system.subtract_product(dv, b));
+        project(&plan.pins, &mut self.b);
+        for (v, dv) in self.v.iter_mut().zip(&self.dv) {
+            *v += dv;
+        }
     }
 
     #[allow(clippy::too_many_arguments)]

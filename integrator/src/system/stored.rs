@@ -45,6 +45,9 @@ pub struct StoredSystem<M: Storage> {
     assembler: Assembler,
     matrix: M,
     solver: Box<dyn LinearSolver<M::Scalar>>,
+    /// Operand and product of [`NewtonSystem::subtract_product`].
+    operand: Vec<M::Scalar>,
+    product: Vec<M::Scalar>,
 }
 
 impl<M: Storage> StoredSystem<M> {
@@ -57,6 +60,8 @@ impl<M: Storage> StoredSystem<M> {
             assembler,
             matrix,
             solver,
+            operand: Vec::new(),
+            product: Vec::new(),
         }
     }
 }
@@ -101,6 +106,18 @@ where
             .assemble(assembler, e, curvature, contacts, impulse, energies, ledger);
     }
 
+    fn subtract_product(&mut self, x: &[f64], b: &mut [f64]) {
+        self.operand.clear();
+        self.operand
+            .extend(x.iter().map(|&x| M::Scalar::from_f64(x)));
+        self.product.resize(b.len(), M::Scalar::ZERO);
+        let a = self.matrix.operator();
+        a.apply(&self.operand, &mut self.product);
+        for (b, p) in b.iter_mut().zip(&self.product) {
+            *b -= p.to_f64();
+        }
+    }
+
     fn solve(
         &mut self,
         b: &[f64],
@@ -128,6 +145,10 @@ where
             ("slots and chunks", self.assembler.heap_bytes()),
             ("matrix", self.matrix.heap_bytes()),
             ("linear solver", self.solver.heap_bytes()),
+            (
+                "vectors",
+                size_of_val(self.operand.as_slice()) + size_of_val(self.product.as_slice()),
+            ),
         ]
     }
 }
