@@ -88,25 +88,23 @@ fn find(root: &mut [u32], mut p: u32) -> u32 {
 }
 
 impl BackwardEuler {
-    /// Goes on from a solution along the uniform motions `d` that the summed
-    /// residuals of the pieces ask for, as far as the energy of the linear
-    /// system falls:
+    /// Goes on from velocities whose residual is in `b` along the uniform motions
+    /// `d` that the summed residuals of the pieces ask for, as far as the matrix at
+    /// hand says that they reduce it:
     ///
     /// ```text
-    /// r = b − A Δv,   d = Σ r / Σ m (each piece),   Δv += (d·r / d·A d) d
+    /// d = Σ b / Σ m (each piece),   v += (d·b / d·A d) d
     /// ```
     /// Forces within cloth do no work in such motions, so that a piece that
     /// touches nothing gets its impulse exactly, however loosely the system was
-    /// solved. Newton's method looks at its residual instead.
+    /// solved, for one product a step.
     pub(super) fn share_momentum(&mut self, plan: &mut ScenePlan, ledger: &mut Ledger) {
         let inertia = &plan.inertia;
         if self.pieces.of.len() != inertia.masses.len() {
             self.pieces = Pieces::new(inertia.masses.len(), &plan.terms);
         }
-        let (b, dv, d) = (&mut self.b, &mut self.dv, &mut self.b_try);
+        let (b, v, d) = (&mut self.b, &mut self.v, &mut self.b_try);
         ledger.time("solve", || {
-            plan.system.subtract_product(dv, b);
-            project(&plan.pins, b);
             self.pieces
                 .shift(b, &inertia.masses, &inertia.weightless, d);
             project(&plan.pins, d);
@@ -115,8 +113,8 @@ impl BackwardEuler {
             let curvature = gain - dot(b, d);
             let factor = gain / curvature;
             if curvature > 0.0 && factor.is_finite() {
-                for (dv, d) in dv.iter_mut().zip(d.iter()) {
-                    *dv += factor * d;
+                for (v, d) in v.iter_mut().zip(d.iter()) {
+                    *v += factor * d;
                 }
             }
         });

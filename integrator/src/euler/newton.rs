@@ -47,6 +47,7 @@ impl BackwardEuler {
             let reached = residual < self.settings.tolerance && self.points_reached(plan);
             if reached || matches!(end, Iteration::RoundOff) {
                 report.residual = residual;
+                self.share_momentum(plan, ledger);
                 return Ok(report);
             }
         }
@@ -90,16 +91,18 @@ impl BackwardEuler {
         self.assemble(plan, state, request, curvature, ledger)?;
         self.carry_on(plan, state, ledger);
         let solve = self.solve(plan, ledger)?;
-        self.share_momentum(plan, ledger);
         report.linear_iterations = solve.iterations;
         if solve.status == SolveStatus::NegativeCurvature {
             report.negative_curvature = 1;
         }
-        let whole = Some((self.dv.as_slice(), 1.0));
-        extrapolate(&state.q, &self.v, whole, request.dt, &mut self.q);
+        let (system, dv, b) = (&mut plan.system, &self.dv, &mut self.b);
+        ledger.time("solve", || system.subtract_product(dv, b));
+        project(&plan.pins, &mut self.b);
         for (v, dv) in self.v.iter_mut().zip(&self.dv) {
             *v += dv;
         }
+        self.share_momentum(plan, ledger);
+        extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
         report.residual = self.residual(plan, state, request, ledger)?;
         if !report.residual.is_finite() {
             let at = end_point(state, &self.q, request.dt);

@@ -33,7 +33,7 @@ use sweep::Sweep;
 ///
 /// Diagonal blocks are complete, off-diagonal blocks of contacts are ignored.
 /// A pivot that is not above `1e-12 A_kk` restarts with the diagonal shift
-/// `s |A_kk|`, `s = 2.5e-4` and doubling. The filter enters as `S_i A_ij S_j` and
+/// `s |A_kk|`, `s = 2.5e-4` and doubling; a divided order begins with that. The filter enters as `S_i A_ij S_j` and
 /// `m̄ (I − S_i)` on the diagonal; fixed scalars get `m̄`.
 ///
 /// Rows are eliminated in double precision and kept in `T`. The points' order is
@@ -61,7 +61,8 @@ pub struct NodeIc<T> {
 
 /// Level of fill by default.
 const LEVEL: usize = 2;
-/// Shift after one of 0; iterations grow with its square root.
+/// Shift after one of 0, and the first one where the order is divided: what separates
+/// loses most by what is dropped. Iterations grow with its square root.
 const FIRST_SHIFT: f64 = 2.5e-4;
 
 impl<T: Real> Default for NodeIc<T> {
@@ -118,6 +119,7 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
             self.factor = vec![T::ZERO; values];
         }
         let held = held(&self.plan, filter.as_blocks());
+        let whole = self.plan.parts.len() - 1;
         let mut source = Source {
             plan: &self.plan,
             points,
@@ -127,9 +129,8 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
             scalars: &self.scalars,
             filter: filter.as_blocks(),
             held: &held,
-            shift: 0.0,
+            shift: if whole == 0 { 0.0 } else { FIRST_SHIFT },
         };
-        let whole = self.plan.parts.len() - 1;
         while !source.part(whole, &mut self.factor) {
             source.shift = (2.0 * source.shift).max(FIRST_SHIFT);
             if source.shift > LAST_SHIFT {
