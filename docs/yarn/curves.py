@@ -104,11 +104,12 @@ def width(folder):
 
 
 def overstretch(results):
-    print("| friction | width before [mm] | under 0.3 N [mm] | after [mm] | permanent [%] |")
-    print("|---|---|---|---|---|")
+    print("| friction | width before [mm] | under 0.3 N [mm] | after [mm] | never pulled [mm] | permanent [%] |")
+    print("|---|---|---|---|---|---|")
     for mu in ["0", "0.1", "0.3", "1"]:
-        before, pulled, after = [width(results / f"overstretch-{mu}-{t}") for t in [1, 2, 4]]
-        print(f"| {mu} | {before:.2f} | {pulled:.2f} | {after:.2f} | {100 * (after / before - 1):.1f} |")
+        widths = [width(results / f"overstretch-{mu}-{of}") for of in ["1", "2", "8", "alone"]]
+        before, pulled, after, alone = widths
+        print(f"| {mu} | {before:.2f} | {pulled:.2f} | {after:.2f} | {alone:.2f} | {100 * (after / alone - 1):.1f} |")
 
 
 def capstan(results):

@@ -17,10 +17,12 @@ run() {
 
 run capstan capstan
 run rib-stretch rib-stretch
-# At rest before the pull, stretched, and at rest after it.
+# Before the pull, stretched, five seconds after it, and the same time without it.
 for mu in 0 0.1 0.3 1; do
-  for time in 1 2 4; do
+  for time in 1 2 8; do
     run "overstretch-$mu-$time" overstretch --set "yarn.wool.friction=$mu" --set "simulation.duration=$time"
   done
+  run "overstretch-$mu-alone" overstretch --set "yarn.wool.friction=$mu" --set simulation.duration=8 \
+    --set "attachment.0.motion.1.translation=[0, 0, 0]" --set "attachment.1.motion.1.translation=[0, 0, 0]"
 done
 python3 docs/yarn/curves.py "$out" docs/images
