@@ -78,8 +78,8 @@ pub use operator::{ExplicitOperator, LinearOperator};
 pub use ordering::{Permutation, reverse_cuthill_mckee};
 pub use pattern::Pattern;
 pub use preconditioner::{
-    BlockIc, BlockJacobi, Chebyshev, Diagonal, Multigrid, NoPreconditioner, NodeIc, NodeJacobi,
-    Pointwise, Preconditioner, ScalarIc,
+    BlockIc, BlockJacobi, ByStiffness, Chebyshev, Diagonal, Multigrid, NoPreconditioner, NodeIc,
+    NodeJacobi, Pointwise, Preconditioner, ScalarIc,
 };
 pub use real::Real;
 pub use reassembled::ReassembledMatrix;

@@ -249,3 +249,52 @@ fn follows_the_pattern() {
     }
     assert_eq!(results[0], results[2]);
 }
+
+/// Block Jacobi below the limit, multigrid above it, to the last bit, and the matrix of
+/// the last update alone decides.
+#[test]
+fn stiffness_decides() {
+    let n = 30;
+    let a = cloth(n);
+    let cell = 1.0 / (n - 1) as f64;
+    let masses: Arc<[f64]> = vec![0.2 * cell * cell; n * n].into();
+    let mut blocks = vec![[0.0; 9]; n * n];
+    a.diagonal_blocks(&mut blocks);
+    let traces: f64 = blocks.iter().map(|b| b[0] + b[4] + b[8]).sum();
+    let root = (traces / (3.0 * masses.iter().sum::<f64>())).sqrt();
+    let r: Vec<f32> = (Random(5).vector(a.dim()).iter())
+        .map(|v| *v as f32)
+        .collect();
+    let apply = |p: &mut dyn Preconditioner<f32>| {
+        p.update(&a, &NoFilter).expect("finite");
+        let mut z = vec![0.0; r.len()];
+        p.apply(&a, &r, &mut z);
+        (z, p.pointwise().is_some())
+    };
+    let strong = || Box::new(Multigrid::default());
+    let of = |limit: f64| ByStiffness::new(masses.clone(), limit, strong());
+    assert_eq!(
+        apply(&mut of(1.01 * root)),
+        apply(&mut BlockJacobi::default())
+    );
+    let mut above = of(0.99 * root);
+    assert_eq!(apply(&mut above), apply(&mut Multigrid::default()));
+    // a matrix of masses alone is not stiff
+    let groups: [&[u32]; 0] = [];
+    let mut light = Bsr::zeros(Arc::new(Pattern::from_groups(n * n, groups)));
+    for (i, &m) in masses.iter().enumerate() {
+        light.add_diagonal(i, m);
+    }
+    let light = DualMatrix::<f32>::new(light);
+    above.update(&light, &NoFilter).expect("finite");
+    assert!(above.pointwise().is_some());
+    assert_eq!(apply(&mut above), apply(&mut Multigrid::default()));
+}
+
+/// Masses of another mesh are refused.
+#[test]
+fn stiffness_needs_every_mass() {
+    let masses: Arc<[f64]> = vec![1e-3; 5].into();
+    let mut chosen = ByStiffness::<f32>::new(masses, 1.0, Box::new(Multigrid::default()));
+    assert!(chosen.update(&cloth(3), &NoFilter).is_err());
+}

@@ -8,6 +8,7 @@ mod multigrid;
 mod node_ic;
 mod node_jacobi;
 mod scalar_ic;
+mod stiffness;
 mod triangular;
 
 pub use block_ic::BlockIc;
@@ -18,6 +19,7 @@ pub use multigrid::Multigrid;
 pub use node_ic::NodeIc;
 pub use node_jacobi::NodeJacobi;
 pub use scalar_ic::ScalarIc;
+pub use stiffness::ByStiffness;
 
 use crate::{ExplicitOperator, Filter, LinearOperator, LinsolveError, Real, small};
 

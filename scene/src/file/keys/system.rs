@@ -24,8 +24,9 @@ pub(super) static SOLVER: Table = Table::new(
             Choice(&[
                 (
                     "auto",
-                    "`multigrid` from 5000 points, else `incomplete-cholesky`; `node-ic` for \
-                     yarns: the fastest here",
+                    "`incomplete-cholesky` below 5000 points; from there `multigrid` where the \
+                     matrix is stiff for its masses, else `block-jacobi`; `node-ic` for yarns: \
+                     the fastest here",
                 ),
                 ("none", "none"),
                 ("diagonal", "inverse diagonal"),
