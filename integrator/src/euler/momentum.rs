@@ -24,6 +24,8 @@ struct Piece {
     /// `d·b` and `d·A d` [J].
     gain: f64,
     curvature: f64,
+    /// How far the piece goes along `d` [1].
+    factor: f64,
 }
 
 impl Pieces {
@@ -88,7 +90,10 @@ impl Pieces {
         let (points, _) = points.as_chunks_mut::<3>();
         for (d, &piece) in points.iter_mut().zip(&self.of) {
             let piece = &self.pieces[piece as usize];
-            *d = piece.residual.map(|r| r / piece.mass);
+            *d = match piece.mass > 0.0 {
+                true => piece.residual.map(|r| r / piece.mass),
+                false => [0.0; 3],
+            };
         }
         for &p in weightless {
             points[p as usize] = [0.0; 3];
@@ -106,7 +111,7 @@ impl Pieces {
     /// With `b − A d` in `b`: how far every piece goes along `d`. A free one as far
     /// as the energy of the linear system falls, those that are held together, or
     /// not at all.
-    fn factors(&mut self, b: &[f64], d: &[f64], scheme: Scheme) -> Vec<f64> {
+    fn set_factors(&mut self, b: &[f64], d: &[f64], scheme: Scheme) {
         for piece in &mut self.pieces {
             piece.curvature = piece.gain;
         }
@@ -124,11 +129,12 @@ impl Pieces {
             let sums = of.fold((0.0, 0.0), |s, p| (s.0 + p.gain, s.1 + p.curvature));
             held = factor(sums.0, sums.1);
         }
-        let each = self.pieces.iter().map(|piece| match piece.held {
-            true => held,
-            false => factor(piece.gain, piece.curvature),
-        });
-        each.collect()
+        for piece in &mut self.pieces {
+            piece.factor = match piece.held {
+                true => held,
+                false => factor(piece.gain, piece.curvature),
+            };
+        }
     }
 
     pub(super) fn heap_bytes(&self) -> usize {
@@ -174,11 +180,12 @@ impl BackwardEuler {
             project(&plan.pins, d);
             pieces.add_gain(b, d);
             plan.system.subtract_product(d, b);
-            let factors = pieces.factors(b, d, scheme);
+            pieces.set_factors(b, d, scheme);
             let (v, d) = (v.as_chunks_mut::<3>().0, d.as_chunks::<3>().0);
             for ((v, d), &piece) in v.iter_mut().zip(d).zip(&pieces.of) {
+                let factor = pieces.pieces[piece as usize].factor;
                 for i in 0..3 {
-                    v[i] += factors[piece as usize] * d[i];
+                    v[i] += factor * d[i];
                 }
             }
         });
