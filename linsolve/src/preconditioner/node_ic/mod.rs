@@ -33,8 +33,9 @@ use sweep::Sweep;
 ///
 /// Diagonal blocks are complete, off-diagonal blocks of contacts are ignored.
 /// A pivot that is not above `1e-12 A_kk` restarts with the diagonal shift
-/// `s |A_kk|`, `s = 2.5e-4` and doubling; a divided order begins with that. The filter enters as `S_i A_ij S_j` and
-/// `m̄ (I − S_i)` on the diagonal; fixed scalars get `m̄`.
+/// `s |A_kk|`, `s = 2.5e-4` and doubling; where the order is divided, that is the
+/// first try. The filter enters as `S_i A_ij S_j` and `m̄ (I − S_i)` on the diagonal;
+/// fixed scalars get `m̄`.
 ///
 /// Rows are eliminated in double precision and kept in `T`. The points' order is
 /// divided where little separates (between the panels of a garment), into parts
