@@ -71,7 +71,11 @@ pub static CASES: [Case; 8] = [
         ],
         pace: Pace::Slow,
         axes: ALONE,
-        expected: Expected::Passes,
+        expected: Expected::Fails(
+            "with steps of 40 ms, of which most are refused, the ladder of steps decides between \
+             two drapes, 3.3 to 3.8 and 4.9 to 5.5 mm from that of 1e-4 s; which one, a change of \
+             the step by 1 ms turns",
+        ),
         run: step_sweep,
     },
     Case {
