@@ -89,18 +89,16 @@ impl BackwardEuler {
             _ => Curvature::Projected,
         };
         self.assemble(plan, state, request, curvature, ledger)?;
-        self.carry_on(plan, state, ledger);
+        // from prescribed velocities alone to those of the step's start
+        self.dv.copy_from_slice(&state.v);
+        project(&plan.pins, &mut self.dv);
+        self.take_up(plan, ledger);
         let solve = self.solve(plan, ledger)?;
         report.linear_iterations = solve.iterations;
         if solve.status == SolveStatus::NegativeCurvature {
             report.negative_curvature = 1;
         }
-        let (system, dv, b) = (&mut plan.system, &self.dv, &mut self.b);
-        ledger.time("solve", || system.subtract_product(dv, b));
-        project(&plan.pins, &mut self.b);
-        for (v, dv) in self.v.iter_mut().zip(&self.dv) {
-            *v += dv;
-        }
+        self.take_up(plan, ledger);
         self.share_momentum(plan, ledger);
         extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
         report.residual = self.residual(plan, state, request, ledger)?;
@@ -111,11 +109,9 @@ impl BackwardEuler {
         Ok(report)
     }
 
-    /// Moves the residual of a linearised step from prescribed velocities alone
-    /// to those of the step's start.
-    fn carry_on(&mut self, plan: &mut ScenePlan, state: &State, ledger: &mut Ledger) {
-        self.dv.copy_from_slice(&state.v);
-        project(&plan.pins, &mut self.dv);
+    /// Adds the change at hand to the velocities of a linearised step, and takes it
+    /// off the residual.
+    fn take_up(&mut self, plan: &mut ScenePlan, ledger: &mut Ledger) {
         let (system, dv, b) = (&mut plan.system, &self.dv, &mut self.b);
         ledger.time("solve", || system.subtract_product(dv, b));
         project(&plan.pins, &mut self.b);
