@@ -71,7 +71,7 @@ pub use mesh::{CollisionMesh, Joined, Segment};
 pub use potential::{ContactPotential, ContactQuadratic, ContactStiffness, Repulsion};
 pub use proximity::ProximityBackend;
 pub use source::{
-    BodyContact, BodyContactSettings, BodyFaces, ContactSource, SelfContact, SelfContactSettings,
-    StepStart,
+    AgainstBodies, BodyContact, BodyContactSettings, BodyElement, BodyFaces, ContactSource,
+    SelfContact, SelfContactSettings, StepStart,
 };
 pub use untangle::Untangle;

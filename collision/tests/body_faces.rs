@@ -266,6 +266,20 @@ fn bad_input_is_refused() {
         matches!(e, CollisionError::PointOutOfRange { point: 3, .. }),
         "{e}"
     );
+    let e = BodyFaces::new(3, vec![[0, 1, 2], [2, 1, 2]], Vec::new())
+        .err()
+        .unwrap();
+    assert!(
+        matches!(
+            e,
+            CollisionError::RepeatedPoint {
+                index: 1,
+                point: 2,
+                ..
+            }
+        ),
+        "{e}"
+    );
     let make = || faces(vec![Arc::new(needle())]);
     assert!(make().with_masses(&[1.0; 2]).is_err());
     assert!(make().with_areas(vec![1.0; 2]).is_err());

@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Random, World, add_sheet, detect, evaluate, spread};
+use common::{Random, World, add_sheet, along_random_ways, detect, evaluate, spread};
 use selvedge_collision::{
     CollisionMesh, ContactResponse, ContactSet, ContactSource, Friction, FrictionAnchored,
     FrictionLagged, SelfContact, SelfContactSettings,
@@ -76,18 +76,8 @@ fn forces_are_the_gradient_of_the_energy() {
             let (_, out) = evaluate(&mut s, &q, &start, 1e-3);
             assert!(s.active() > 100, "{} contacts", s.active());
             let force = spread(q.len() / 3, &out);
-            let mut random = Random(77 + seed);
-            for _ in 0..8 {
-                let way: Vec<f64> = q.iter().map(|_| random.next()).collect();
-                let slope: f64 = way.iter().zip(&force).map(|(w, f)| w * f).sum();
-                let scale: f64 = force.iter().map(|f| f * f).sum::<f64>().sqrt();
-                // The energy bends where pairs enter: steps must be small.
-                let h = 1e-9;
-                let at =
-                    |t: f64| -> Vec<f64> { q.iter().zip(&way).map(|(q, w)| q + t * w).collect() };
-                let (a, _) = evaluate(&mut s, &at(h), &start, 1e-3);
-                let (b, _) = evaluate(&mut s, &at(-h), &start, 1e-3);
-                let numeric = -(a - b) / (2.0 * h);
+            let scale: f64 = force.iter().map(|f| f * f).sum::<f64>().sqrt();
+            for [slope, numeric] in along_random_ways(&mut s, &q, &start, &force, 77 + seed) {
                 assert!(
                     (numeric - slope).abs() < 2e-6 * scale,
                     "{numeric} against {slope}"

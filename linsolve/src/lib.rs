@@ -73,7 +73,7 @@ pub use filter::{BlockFilter, Filter, NoFilter};
 pub use layout::BlockLayout;
 pub use mirror::Mirror;
 pub use mpcg::{Mpcg, MpcgSettings, StopNorm};
-pub use names::{PRECONDITIONERS, SOLVERS, preconditioner_by_name, solver_by_name};
+pub use names::{PRECONDITIONERS, SOLVERS, preconditioner_by_name, rescued_cg, solver_by_name};
 pub use operator::{ExplicitOperator, LinearOperator};
 pub use ordering::{Permutation, reverse_cuthill_mckee};
 pub use pattern::Pattern;

@@ -42,9 +42,23 @@ pub fn preconditioner_by_name<T: Real>(
     })
 }
 
+/// Conjugate gradients that turn to [`BlockIc`] for the second half of their
+/// iterations where the first did not suffice; not where the preconditioner is
+/// an incomplete factorisation itself, by its name.
+pub fn rescued_cg<T: Real>(
+    preconditioner: Box<dyn Preconditioner<T>>,
+    settings: MpcgSettings,
+) -> Mpcg<T> {
+    let strong = ["ic", "block-ic", "node-ic"].contains(&preconditioner.name());
+    let cg = Mpcg::new(preconditioner, settings);
+    if strong {
+        return cg;
+    }
+    cg.with_rescue(Box::new(BlockIc::default()))
+}
+
 /// A solver by name; `preconditioner` and the limits of `settings` are unused
-/// by `"direct"`. `"cg"` turns to `"block-ic"` for the second half of its
-/// iterations where the first did not suffice. `"refined"` takes the tolerance
+/// by `"direct"`. `"cg"` is [`rescued_cg`]. `"refined"` takes the tolerance
 /// for the outer residual and solves with 1e-3 inside.
 ///
 /// # Errors
@@ -60,16 +74,10 @@ pub fn solver_by_name<T: Real>(
         &SOLVERS[..2]
     };
     match name {
-        "cg" => {
-            let cg = Mpcg::new(preconditioner_by_name(preconditioner)?, settings);
-            // Some of the names are the rescue itself, or stronger.
-            let strong = ["ic", "block-ic", "node-ic"].contains(&preconditioner);
-            Ok(Box::new(if strong {
-                cg
-            } else {
-                cg.with_rescue(Box::new(BlockIc::default()))
-            }))
-        }
+        "cg" => Ok(Box::new(rescued_cg(
+            preconditioner_by_name(preconditioner)?,
+            settings,
+        ))),
         "direct" => Ok(Box::new(Direct::new(settings.tolerance))),
         "refined" if T::refined_exists() => {
             let inner = preconditioner_by_name::<f32>(preconditioner)?;

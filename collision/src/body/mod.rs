@@ -56,6 +56,13 @@ pub struct SurfaceSample {
     pub velocity: [f64; 3],
 }
 
+impl SurfaceSample {
+    pub(crate) fn is_finite(&self) -> bool {
+        let vectors = self.normal.iter().chain(&self.velocity);
+        self.distance.is_finite() && vectors.copied().all(f64::is_finite)
+    }
+}
+
 /// An obstacle that cloth touches.
 ///
 /// # Own bodies

@@ -336,7 +336,7 @@ fn check_positive(name: &'static str, value: f64) -> Result<(), CollisionError> 
 }
 
 /// Points of an element exist, and none is named twice.
-fn check_element(
+pub(crate) fn check_element(
     what: &'static str,
     index: usize,
     named: &[u32],

@@ -1,12 +1,14 @@
 //! What an integrator sees of contact.
 
+mod against_bodies;
 mod body_contact;
 mod body_faces;
 mod envelope;
 mod self_contact;
 mod side;
 
-pub use body_contact::{BodyContact, BodyContactSettings};
+pub use against_bodies::{AgainstBodies, BodyContactSettings, BodyElement};
+pub use body_contact::BodyContact;
 pub use body_faces::BodyFaces;
 pub use self_contact::{SelfContact, SelfContactSettings};
 

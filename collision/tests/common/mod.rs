@@ -257,6 +257,32 @@ pub fn detect(s: &mut dyn ContactSource, q_start: &[f64], q_end: &[f64], dt: f64
     .unwrap();
 }
 
+/// Force, and minus the central difference of the energy at `q`, along random
+/// directions.
+///
+/// With the smallest step that round-off allows: energies of contact bend where
+/// pairs enter.
+pub fn along_random_ways(
+    s: &mut dyn ContactSource,
+    q: &[f64],
+    q_start: &[f64],
+    force: &[f64],
+    seed: u64,
+) -> Vec<[f64; 2]> {
+    let h = 1e-9;
+    let mut random = Random(seed);
+    let way = |_| {
+        let way: Vec<f64> = q.iter().map(|_| random.next()).collect();
+        let slope: f64 = way.iter().zip(force).map(|(w, f)| w * f).sum();
+        let mut energy = |t: f64| {
+            let moved: Vec<f64> = q.iter().zip(&way).map(|(q, w)| q + t * w).collect();
+            evaluate(s, &moved, q_start, 1e-3).0
+        };
+        [slope, -(energy(h) - energy(-h)) / (2.0 * h)]
+    };
+    (0..8).map(way).collect()
+}
+
 /// `y ≤ height(t)`, moving along x at `speed`.
 pub struct Floor {
     pub speed: [f64; 3],

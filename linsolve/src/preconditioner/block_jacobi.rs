@@ -1,7 +1,7 @@
 //! Inverted 3×3 diagonal blocks.
 
 use super::diagonal::positive_inverse;
-use super::{Pointwise, Preconditioner, block_times, filtered_diagonal};
+use super::{Pointwise, Preconditioner, block_times, filter_diagonal, read_diagonal};
 use crate::{ExplicitOperator, Filter, LinearOperator, LinsolveError, Real, small};
 
 /// `P = blockdiag(A_ii)`, inverted by Cholesky: name `"block-jacobi"`.
@@ -23,6 +23,34 @@ impl<T: Real> BlockJacobi<T> {
     /// Blocks of the last update that needed a shift.
     pub fn shifted(&self) -> usize {
         self.shifted
+    }
+
+    /// Reads the diagonal of a matrix, for [`invert`](Self::invert); returns its
+    /// mean and its blocks.
+    pub(super) fn read(
+        &mut self,
+        a: &dyn ExplicitOperator<T>,
+    ) -> Result<(f64, &[[f64; 9]]), LinsolveError> {
+        let mean = read_diagonal(a, &mut self.blocks, &mut self.scalars)?;
+        Ok((mean, &self.blocks))
+    }
+
+    /// Inverts the diagonal read last.
+    pub(super) fn invert(&mut self, filter: &dyn Filter<T>, mean: f64) {
+        filter_diagonal(filter, mean, &mut self.blocks, &mut self.scalars);
+        self.shifted = 0;
+        self.inverse.clear();
+        for block in &self.blocks {
+            let (inverse, shifted) = invert(block, mean);
+            self.shifted += usize::from(shifted);
+            self.inverse.push(inverse.map(T::from_f64));
+        }
+        self.scalar_inverse.clear();
+        self.scalar_inverse.extend(
+            self.scalars
+                .iter()
+                .map(|&d| T::from_f64(positive_inverse(d, mean))),
+        );
     }
 
     pub(crate) fn times(&self, r: &[T], z: &mut [T]) {
@@ -57,20 +85,8 @@ impl<T: Real> Preconditioner<T> for BlockJacobi<T> {
         a: &dyn ExplicitOperator<T>,
         filter: &dyn Filter<T>,
     ) -> Result<(), LinsolveError> {
-        let mean = filtered_diagonal(a, filter, &mut self.blocks, &mut self.scalars)?;
-        self.shifted = 0;
-        self.inverse.clear();
-        for block in &self.blocks {
-            let (inverse, shifted) = invert(block, mean);
-            self.shifted += usize::from(shifted);
-            self.inverse.push(inverse.map(T::from_f64));
-        }
-        self.scalar_inverse.clear();
-        self.scalar_inverse.extend(
-            self.scalars
-                .iter()
-                .map(|&d| T::from_f64(positive_inverse(d, mean))),
-        );
+        let (mean, _) = self.read(a)?;
+        self.invert(filter, mean);
         Ok(())
     }
 

@@ -77,10 +77,23 @@ pub(crate) fn block_times<T: Real>(d: &[T; 6], r: &[T; 3]) -> [T; 3] {
     ]
 }
 
-/// Complete diagonal blocks of `S A S + m̄ (I − S)`, and the scalars' diagonal.
+/// Complete diagonal blocks of `S A S + m̄ (I − S)`, and the scalars' diagonal;
+/// returns `m̄`.
 pub(crate) fn filtered_diagonal<T: Real>(
     a: &dyn ExplicitOperator<T>,
     filter: &dyn Filter<T>,
+    blocks: &mut Vec<[f64; 9]>,
+    scalars: &mut Vec<f64>,
+) -> Result<f64, LinsolveError> {
+    let mean = read_diagonal(a, blocks, scalars)?;
+    filter_diagonal(filter, mean, blocks, scalars);
+    Ok(mean)
+}
+
+/// Complete diagonal blocks of `A`, and the scalars' diagonal; returns their mean
+/// `m̄`, 1 where that is not positive.
+fn read_diagonal<T: Real>(
+    a: &dyn ExplicitOperator<T>,
     blocks: &mut Vec<[f64; 9]>,
     scalars: &mut Vec<f64>,
 ) -> Result<f64, LinsolveError> {
@@ -94,17 +107,26 @@ pub(crate) fn filtered_diagonal<T: Real>(
     crate::error::check_finite("matrix diagonal", blocks.as_flattened())?;
     crate::error::check_finite("matrix diagonal", scalars)?;
     let sum: f64 = blocks.iter().map(small::trace).sum::<f64>() + scalars.iter().sum::<f64>();
-    let mean = match sum / layout.dim().max(1) as f64 {
+    Ok(match sum / layout.dim().max(1) as f64 {
         m if m > 0.0 => m,
         _ => 1.0,
+    })
+}
+
+/// From the diagonal of `A` to that of `S A S + m̄ (I − S)`.
+fn filter_diagonal<T: Real>(
+    filter: &dyn Filter<T>,
+    mean: f64,
+    blocks: &mut [[f64; 9]],
+    scalars: &mut [f64],
+) {
+    let Some(filter) = filter.as_blocks() else {
+        return;
     };
-    if let Some(filter) = filter.as_blocks() {
-        for (i, s) in filter.iter() {
-            blocks[i] = small::filtered_diagonal(&blocks[i], s, mean);
-        }
-        for &k in filter.fixed_scalars() {
-            scalars[k as usize - 3 * layout.points] = mean;
-        }
+    for (i, s) in filter.iter() {
+        blocks[i] = small::filtered_diagonal(&blocks[i], s, mean);
     }
-    Ok(mean)
+    for &k in filter.fixed_scalars() {
+        scalars[k as usize - 3 * blocks.len()] = mean;
+    }
 }

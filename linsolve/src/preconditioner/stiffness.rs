@@ -25,7 +25,6 @@ pub struct ByStiffness<T> {
     weak: BlockJacobi<T>,
     strong: Box<dyn Preconditioner<T>>,
     stiff: bool,
-    blocks: Vec<[f64; 9]>,
 }
 
 impl<T: Real> ByStiffness<T> {
@@ -37,7 +36,6 @@ impl<T: Real> ByStiffness<T> {
             weak: BlockJacobi::default(),
             strong,
             stiff: false,
-            blocks: Vec::new(),
         }
     }
 }
@@ -54,16 +52,16 @@ impl<T: Real> Preconditioner<T> for ByStiffness<T> {
     ) -> Result<(), LinsolveError> {
         let points = a.layout().points;
         crate::error::check_len("masses", points, self.masses.len())?;
-        self.blocks.resize(points, [0.0; 9]);
-        a.diagonal_blocks(&mut self.blocks);
-        let each = self.blocks.iter().zip(self.masses.iter());
+        let (mean, blocks) = self.weak.read(a)?;
+        let each = blocks.iter().zip(self.masses.iter());
         let sum: f64 = each.map(|(block, m)| small::trace(block) / m).sum();
         let root = (sum / (3 * points.max(1)) as f64).sqrt();
         self.stiff = root > self.limit;
-        match self.stiff {
-            true => self.strong.update(a, filter),
-            false => self.weak.update(a, filter),
+        if self.stiff {
+            return self.strong.update(a, filter);
         }
+        self.weak.invert(filter, mean);
+        Ok(())
     }
 
     fn apply(&mut self, a: &dyn LinearOperator<T>, r: &[T], z: &mut [T]) {
@@ -81,6 +79,6 @@ impl<T: Real> Preconditioner<T> for ByStiffness<T> {
     }
 
     fn heap_bytes(&self) -> usize {
-        72 * self.blocks.capacity() + self.weak.heap_bytes() + self.strong.heap_bytes()
+        self.weak.heap_bytes() + self.strong.heap_bytes()
     }
 }

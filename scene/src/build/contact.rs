@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use selvedge_collision::{
-    Body, BodyContact, BodyFaces, CollisionError, ContactQuadratic, ContactSource,
-    ContactStiffness, Friction, FrictionAnchored, FrictionLagged, pair_friction,
+    AgainstBodies, Body, BodyContact, BodyElement, BodyFaces, CollisionError, ContactQuadratic,
+    ContactSource, ContactStiffness, Friction, FrictionAnchored, FrictionLagged, pair_friction,
 };
 
 use super::{BuiltScene, StageOptions, holds};
@@ -115,78 +115,33 @@ impl BuiltScene {
         masses: &[f64],
         pins: Option<&holds::BuiltPins>,
     ) -> Result<Vec<Box<dyn ContactSource>>, CollisionError> {
-        let c = &self.scene().contact;
-        let rubs = self.friction();
-        let friction = |coefficient: f64| match c.friction_model {
-            _ if !stage.friction || coefficient <= 0.0 => None,
-            FrictionModel::None => None,
-            FrictionModel::Anchored => Some(Friction::Anchored(FrictionAnchored {
-                stiffness_ratio: c.anchor_stiffness,
-                ..FrictionAnchored::new(coefficient)
-            })),
-            FrictionModel::Lagged => Some(Friction::Lagged(FrictionLagged::new(coefficient))),
-        };
-        let quadratic = |base: ContactQuadratic, thickness: f64, stiffness: f64| {
-            let stiffness = ContactStiffness::PerPair(stiffness);
-            Box::new(ContactQuadratic {
-                thickness,
-                stiffness,
-                ..base
-            })
-        };
         let mut contacts: Vec<Box<dyn ContactSource>> = Vec::new();
         let bodies: Vec<Arc<dyn Body>> = self.bodies.iter().map(|b| b.body.clone()).collect();
-        let still: Vec<bool> = self.bodies.iter().map(|b| !b.moves).collect();
+        let held = |p: &u32| pins.is_some_and(|pins| pins.pins.filter.rank(*p) >= 3);
+        let (points, thickness) = (masses.len(), self.body_thickness());
         if !bodies.is_empty() {
-            let mut contact = BodyContact::new(masses.len(), bodies.clone())
-                .with_potential(quadratic(
-                    ContactQuadratic::body(),
-                    self.body_thickness(),
-                    c.body_stiffness,
-                ))
-                .with_still(&still)?;
-            // Steps of a static solve are no motion.
-            if stage.statics.is_none() {
-                contact = contact.with_masses(masses)?;
-            }
-            if let Some(friction) = friction(rubs.on_bodies[1]) {
-                contact = contact
-                    .with_friction(friction, masses)?
-                    .with_coefficients(self.point_friction())?;
-            }
-            if let Some(pins) = pins {
-                let filter = &pins.pins.filter;
-                let free = (0..masses.len() as u32)
-                    .filter(|p| filter.rank(*p) < 3)
-                    .collect();
+            let contact = BodyContact::new(points, bodies.clone());
+            let mut contact = self.on_bodies(contact, thickness, stage, masses)?;
+            if pins.is_some() {
+                let free = (0..points as u32).filter(|p| !held(p)).collect();
                 contact = contact.with_points(free)?;
             }
             contacts.push(Box::new(contact));
         }
         if self.body_faces().0 {
-            let held = |p: &u32| pins.is_some_and(|pins| pins.pins.filter.rank(*p) >= 3);
             let triangles = self.geometry.mesh.triangles().iter();
             let free = triangles.filter(|t| !t.iter().all(held)).copied();
-            let mut contact = BodyFaces::new(masses.len(), free.collect(), bodies)?
-                .with_potential(quadratic(
-                    ContactQuadratic::body(),
-                    0.5 * self.body_thickness(),
-                    c.body_stiffness,
-                ))
-                .with_still(&still)?;
-            if stage.statics.is_none() {
-                contact = contact.with_masses(masses)?;
-            }
-            if let Some(friction) = friction(rubs.on_bodies[1]) {
-                contact = contact
-                    .with_friction(friction, masses)?
-                    .with_coefficients(self.point_friction())?;
-            }
-            contacts.push(Box::new(contact));
+            let contact = BodyFaces::new(points, free.collect(), bodies)?;
+            contacts.push(Box::new(self.on_bodies(
+                contact,
+                0.5 * thickness,
+                stage,
+                masses,
+            )?));
         }
         if stage.self_contact && self.self_contact().0 {
             let mut contact = self.touching()?;
-            if let Some(friction) = friction(rubs.on_cloth[1]) {
+            if let Some(friction) = self.friction_model(stage, self.friction().on_cloth[1]) {
                 contact = contact
                     .with_friction(friction, masses)?
                     .with_coefficients(self.point_friction())?;
@@ -194,6 +149,51 @@ impl BuiltScene {
             contacts.push(Box::new(contact));
         }
         Ok(contacts)
+    }
+
+    /// What contact of points and of triangles with bodies have in common.
+    fn on_bodies<E: BodyElement>(
+        &self,
+        contact: AgainstBodies<E>,
+        thickness: f64,
+        stage: &StageOptions,
+        masses: &[f64],
+    ) -> Result<AgainstBodies<E>, CollisionError> {
+        let still: Vec<bool> = self.bodies.iter().map(|b| !b.moves).collect();
+        let potential = ContactQuadratic {
+            thickness,
+            stiffness: ContactStiffness::PerPair(self.scene().contact.body_stiffness),
+            ..ContactQuadratic::body()
+        };
+        let mut contact = contact
+            .with_potential(Box::new(potential))
+            .with_still(&still)?;
+        // Steps of a static solve are no motion.
+        if stage.statics.is_none() {
+            contact = contact.with_masses(masses)?;
+        }
+        match self.friction_model(stage, self.friction().on_bodies[1]) {
+            Some(friction) => contact
+                .with_friction(friction, masses)?
+                .with_coefficients(self.point_friction()),
+            None => Ok(contact),
+        }
+    }
+
+    /// Friction of the scene's model, where there is any in a stage.
+    fn friction_model(&self, stage: &StageOptions, coefficient: f64) -> Option<Friction> {
+        let c = &self.scene().contact;
+        if !stage.friction || coefficient <= 0.0 {
+            return None;
+        }
+        match c.friction_model {
+            FrictionModel::None => None,
+            FrictionModel::Anchored => Some(Friction::Anchored(FrictionAnchored {
+                stiffness_ratio: c.anchor_stiffness,
+                ..FrictionAnchored::new(coefficient)
+            })),
+            FrictionModel::Lagged => Some(Friction::Lagged(FrictionLagged::new(coefficient))),
+        }
     }
 
     /// Distance that cloth keeps from bodies [m]: with yarns at least two

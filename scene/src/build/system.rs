@@ -8,8 +8,8 @@ use selvedge_integrator::{
     PlanError, ReassembledSystem, Scatter, Term,
 };
 use selvedge_linsolve::{
-    BlockFilter, BlockIc, ByStiffness, Filter, LinearSolver, LinsolveError, Mpcg, MpcgSettings,
-    NoFilter, Real, StopNorm, Sums, preconditioner_by_name, solver_by_name,
+    BlockFilter, ByStiffness, Filter, LinearSolver, LinsolveError, Mpcg, MpcgSettings, NoFilter,
+    Real, StopNorm, Sums, preconditioner_by_name, rescued_cg, solver_by_name,
 };
 
 use crate::file::SceneFile;
@@ -146,8 +146,7 @@ fn solver<T: Real>(
             MULTIGRID_ABOVE,
             preconditioner_by_name("multigrid")?,
         );
-        let cg = Mpcg::new(Box::new(chosen), settings);
-        return Ok(Box::new(cg.with_rescue(Box::new(BlockIc::default()))));
+        return Ok(Box::new(rescued_cg(Box::new(chosen), settings)));
     }
     solver_by_name::<T>(kind, preconditioner, settings)
 }

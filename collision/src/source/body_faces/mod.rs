@@ -1,38 +1,20 @@
 mod deepest;
-mod history;
-mod pass;
 mod search;
 
 use std::ops::Range;
 use std::sync::Arc;
 
-use selvedge_energy::EvalPoint;
-
-use super::body_contact::{
-    DEEP, Guard, Impacts, bad_sample, body_coefficients, check_settings, run_over,
+use super::against_bodies::{
+    AgainstBodies, Candidate, Element, NotFinite, Pass, Search, Task, Touch,
 };
-use super::envelope::Envelope;
-use super::self_contact::inverse_masses;
-use super::{BodyContactSettings, ContactSource, StepStart, check_point, check_step, in_order};
-use crate::error::check_length;
-use crate::friction::common_coefficient;
-use crate::vec3::Vec3;
-use crate::{Body, CollisionError, ContactPotential, ContactQuadratic, ContactResponse, Friction};
-use pass::{Anchor, Pass, Task};
+use crate::mesh::check_element;
+use crate::vec3::{Mat3, Vec3, norm, point, scale, unit};
+use crate::{Body, CollisionError, ContactQuadratic, ContactResponse, LaggedResponse};
+use deepest::{Face, blend};
 
-const NAME: &str = "body-faces";
-
-/// Candidates handled by one task: a descent takes ten samples.
-const CHUNK: usize = 64;
-
-/// A triangle that may come near a body.
-#[derive(Clone, Copy, Debug)]
-struct Candidate {
-    /// Body and triangle.
-    of: [u32; 2],
-    /// Where the descent to its deepest point begins.
-    weights: Vec3,
-}
+/// Thicknesses below which a deepest point and a corner are equally deep: more
+/// than the round-off of distances.
+const SAME: f64 = 1e-6;
 
 /// Edges and insides of triangles against bodies, between the points that
 /// [`BodyContact`](super::BodyContact) takes care of.
@@ -56,310 +38,174 @@ struct Candidate {
 ///
 /// Friction and steps that come too fast are as with points; anchors sit at a
 /// point of the triangle.
-pub struct BodyFaces {
-    bodies: Vec<Arc<dyn Body>>,
-    triangles: Vec<[u32; 3]>,
-    point_count: usize,
-    potential: Box<dyn ContactPotential>,
-    friction: Option<Friction>,
-    /// Coefficient of each body with cloth of the common coefficient.
-    body_coefficients: Vec<f64>,
-    /// Coefficients of the points; empty where all are that of the friction.
-    coefficients: Vec<f64>,
-    inverse_masses: Vec<f64>,
-    areas: Vec<f64>,
-    /// Masses of the points; empty where fast arrivals are let pass.
-    masses: Vec<f64>,
-    impacts: Impacts<[u32; 2]>,
-    settings: BodyContactSettings,
-    envelope: Envelope,
-    /// What is known of the distance of every triangle's middle to every still
-    /// body; empty for bodies that move.
-    guards: Vec<Vec<Guard>>,
-    time_end: f64,
-    candidates: Vec<Candidate>,
-    memory: Vec<Anchor>,
-    spare: Vec<Anchor>,
-    tasks: Vec<Task>,
-    active: usize,
-    deepest: f64,
+pub type BodyFaces = AgainstBodies<Triangles>;
+
+/// Triangles of cloth, at their deepest points.
+pub struct Triangles {
+    corners: Vec<[u32; 3]>,
+    points: usize,
 }
 
-impl BodyFaces {
+impl AgainstBodies<Triangles> {
     /// Contact of triangles of `points` points without friction, with the
     /// penalty of [`ContactQuadratic::body`] at half its thickness.
     ///
     /// # Errors
-    /// [`CollisionError::PointOutOfRange`].
+    /// [`CollisionError::PointOutOfRange`], and [`CollisionError::RepeatedPoint`]
+    /// for a triangle that is none.
     pub fn new(
         points: usize,
         triangles: Vec<[u32; 3]>,
         bodies: Vec<Arc<dyn Body>>,
     ) -> Result<Self, CollisionError> {
         for (index, t) in triangles.iter().enumerate() {
-            if let Some(&point) = t.iter().find(|p| **p as usize >= points) {
-                return Err(CollisionError::PointOutOfRange {
-                    what: "triangle",
-                    index,
-                    point,
-                    points,
-                });
-            }
+            check_element("triangle", index, t, points)?;
         }
         let whole = ContactQuadratic::body();
         let thickness = 0.5 * whole.thickness;
-        Ok(Self {
-            bodies,
-            triangles,
-            point_count: points,
-            potential: Box::new(ContactQuadratic { thickness, ..whole }),
-            friction: None,
-            body_coefficients: Vec::new(),
-            coefficients: Vec::new(),
-            inverse_masses: Vec::new(),
-            areas: Vec::new(),
-            masses: Vec::new(),
-            impacts: Impacts::default(),
-            settings: BodyContactSettings::default(),
-            envelope: Envelope::default(),
-            guards: Vec::new(),
-            time_end: 0.0,
-            candidates: Vec::new(),
-            memory: Vec::new(),
-            spare: Vec::new(),
-            tasks: Vec::new(),
-            active: 0,
-            deepest: 0.0,
-        })
-    }
-
-    /// Another potential. One whose stiffness is per area needs
-    /// [`with_areas`](Self::with_areas).
-    #[must_use]
-    pub fn with_potential(mut self, potential: Box<dyn ContactPotential>) -> Self {
-        self.potential = potential;
-        self
-    }
-
-    /// Rest areas of all triangles \[m²\], for a stiffness per area; without
-    /// them every triangle counts as 1 cm².
-    ///
-    /// # Errors
-    /// [`CollisionError::Length`].
-    pub fn with_areas(mut self, areas: Vec<f64>) -> Result<Self, CollisionError> {
-        check_length("areas", areas.len(), self.triangles.len())?;
-        self.areas = areas;
-        Ok(self)
-    }
-
-    /// Masses of all points \[kg\]: with them, triangles that arrive so fast that
-    /// the penalty cannot stop them are stopped all the same, as points are by
-    /// [`BodyContact::with_masses`](super::BodyContact::with_masses).
-    ///
-    /// # Errors
-    /// [`CollisionError::Length`].
-    pub fn with_masses(mut self, masses: &[f64]) -> Result<Self, CollisionError> {
-        check_length("masses", masses.len(), self.point_count)?;
-        self.masses = masses.to_vec();
-        Ok(self)
-    }
-
-    /// Adds friction. `masses` of all points \[kg\] set the damping of anchors.
-    ///
-    /// # Errors
-    /// [`CollisionError::Parameter`] for a bad parameter,
-    /// [`CollisionError::Length`] for too few masses.
-    pub fn with_friction(
-        mut self,
-        friction: Friction,
-        masses: &[f64],
-    ) -> Result<Self, CollisionError> {
-        friction.validate()?;
-        check_length("masses", masses.len(), self.point_count)?;
-        self.inverse_masses = inverse_masses(masses);
-        self.friction = Some(friction);
-        self.body_coefficients = body_coefficients(&self.bodies, friction.coefficient());
-        Ok(self)
-    }
-
-    /// Coefficients of all points \[1\], each of the cloth there on itself, in
-    /// place of the one of [`with_friction`](Self::with_friction), which has
-    /// to come first. Equal coefficients cost nothing.
-    ///
-    /// # Errors
-    /// [`CollisionError::Length`], and [`CollisionError::Parameter`] for one
-    /// that is negative or not finite.
-    pub fn with_coefficients(mut self, coefficients: Vec<f64>) -> Result<Self, CollisionError> {
-        let common = common_coefficient(&coefficients, self.point_count)?;
-        match (self.friction, common) {
-            (None, _) => {}
-            (Some(f), Some(common)) => {
-                self.friction = Some(f.with_coefficient(common));
-                self.body_coefficients = body_coefficients(&self.bodies, common);
-            }
-            (Some(_), None) => self.coefficients = coefficients,
-        }
-        Ok(self)
-    }
-
-    /// Says which bodies never move, so that triangles far from them are not
-    /// asked for in every step; results do not change.
-    ///
-    /// # Errors
-    /// [`CollisionError::Length`] when there is not one value a body.
-    pub fn with_still(mut self, still: &[bool]) -> Result<Self, CollisionError> {
-        check_length("still bodies", still.len(), self.bodies.len())?;
-        let count = self.triangles.len();
-        let guards = |still: &bool| vec![Guard::UNKNOWN; if *still { count } else { 0 }];
-        self.guards = still.iter().map(guards).collect();
-        Ok(self)
-    }
-
-    /// Other settings.
-    ///
-    /// # Errors
-    /// As [`BodyContact::with_settings`](super::BodyContact::with_settings).
-    pub fn with_settings(mut self, settings: BodyContactSettings) -> Result<Self, CollisionError> {
-        check_settings(&settings)?;
-        self.settings = settings;
-        Ok(self)
-    }
-
-    fn bad_sample(&self, [body, triangle]: [u32; 2]) -> CollisionError {
-        let point = self.triangles[triangle as usize][0];
-        bad_sample(&*self.bodies[body as usize], point)
+        let potential = Box::new(ContactQuadratic { thickness, ..whole });
+        let all = Triangles {
+            corners: triangles,
+            points,
+        };
+        Ok(Self::of(all, points, bodies, potential))
     }
 }
 
-/// Candidates of task `i`.
-fn chunk(i: usize, count: usize) -> Range<usize> {
-    i * CHUNK..((i + 1) * CHUNK).min(count)
+impl Triangles {
+    fn at(&self, triangle: u32, q: &[f64]) -> [Vec3; 3] {
+        self.corners[triangle as usize].map(|n| point(q, n))
+    }
 }
 
-impl ContactSource for BodyFaces {
-    fn name(&self) -> &str {
-        NAME
+impl Element for Triangles {
+    const NAME: &'static str = "body-faces";
+    // A descent takes ten samples.
+    const CHUNK: usize = 64;
+    const ONE_BODY: bool = false;
+
+    type Weights = Vec3;
+    type Scratch = ();
+
+    fn searched(&self) -> usize {
+        self.corners.len()
     }
 
-    fn detect(&mut self, step: &StepStart<'_>) -> Result<(), CollisionError> {
-        check_step(step.dt)?;
-        let BodyContactSettings {
-            margin, overshoot, ..
-        } = self.settings;
-        self.envelope
-            .set(self.point_count, step, overshoot, margin)?;
-        self.time_end = step.time + step.dt;
-        self.candidates.clear();
-        let mut impacts = Vec::new();
-        let mut overrun = None;
-        for body in 0..self.bodies.len() {
-            overrun = overrun.or(self.search(body, step, &mut impacts));
-        }
-        self.impacts.update(step.time, step.dt, &mut impacts);
-        match overrun {
-            Some(([body, triangle], depth, limit)) => {
-                let point = self.triangles[triangle as usize][0];
-                let body = &*self.bodies[body as usize];
-                Err(run_over(body, point, depth, limit))
-            }
-            None => Ok(()),
+    fn total(&self) -> usize {
+        self.corners.len()
+    }
+
+    fn first_point(&self, triangle: u32) -> u32 {
+        self.corners[triangle as usize][0]
+    }
+
+    fn points(&self) -> impl Iterator<Item = u32> {
+        0..self.points as u32
+    }
+
+    fn search(look: &Search<'_, Self>, range: Range<usize>, task: &mut Task<Vec3, ()>) {
+        for triangle in range {
+            search::look_at(look, triangle as u32, task);
         }
     }
 
-    fn evaluate(
-        &mut self,
-        at: &EvalPoint<'_>,
-        curvature: bool,
+    fn prepare(_: &Pass<'_, Self>, _: &[Candidate<Vec3>], (): &mut ()) {}
+
+    fn touch(
+        pass: &Pass<'_, Self>,
+        c: &Candidate<Vec3>,
+        _: usize,
+        (): &(),
+    ) -> Result<Option<Touch<Vec3>>, NotFinite> {
+        let (source, of) = (pass.source, c.of);
+        let face = Face {
+            body: &*source.bodies[of.body as usize],
+            time: source.time_end,
+            x: source.element.at(of.element, pass.at.q),
+        };
+        let place = face.descend(c.weights);
+        if !place.sample.is_finite() {
+            return Err(NotFinite);
+        }
+        let distance = place.sample.distance;
+        let thickness = source.potential.thickness();
+        if distance >= thickness || place.is_corner() {
+            return Ok(None);
+        }
+        let (corner, of_corner) = face.lowest_corner();
+        if !(of_corner.distance - distance > SAME * thickness) {
+            return Ok(None);
+        }
+        let slope = face.slope(&place);
+        // Where the field gives no way out of the body, as on the axis of a
+        // needle that is through, there is no force.
+        let Some(normal) = unit(slope) else {
+            return Ok(None);
+        };
+        let repulsion = pass.repel(of, distance);
+        let mut normal_force = repulsion.force * norm(slope);
+        let corner = (of_corner.distance < thickness).then(|| {
+            let r = pass.repel(of, of_corner.distance);
+            normal_force -= r.force * norm(of_corner.normal);
+            let node = source.element.corners[of.element as usize][corner];
+            (node, r.energy, scale(-r.force, of_corner.normal))
+        });
+        let normal_force = normal_force.max(0.0);
+        Ok(Some(Touch {
+            of,
+            weights: place.weights,
+            distance,
+            slope,
+            velocity: place.sample.velocity,
+            repulsion,
+            normal,
+            normal_force,
+            pressing: scale(normal_force, normal),
+            corner,
+        }))
+    }
+
+    fn position(&self, triangle: u32, weights: &Vec3, q: &[f64]) -> Vec3 {
+        blend(*weights, &self.at(triangle, q))
+    }
+
+    fn mean(&self, triangle: u32, weights: &Vec3, values: &[f64]) -> f64 {
+        let of_corners = self.corners[triangle as usize].map(|n| values[n as usize]);
+        (0..3).map(|i| weights[i] * of_corners[i]).sum()
+    }
+
+    fn inverse_mass(&self, triangle: u32, weights: &Vec3, inverse_masses: &[f64]) -> f64 {
+        let corners = self.corners[triangle as usize];
+        let of_corner = |i: usize| weights[i].powi(2) * inverse_masses[corners[i] as usize];
+        (0..3).map(of_corner).sum()
+    }
+
+    fn push(
+        &self,
+        touch: &Touch<Vec3>,
+        force: Vec3,
+        curvature: Option<Mat3>,
+        lagged: Option<(Vec3, LaggedResponse)>,
         out: &mut ContactResponse,
-    ) -> Result<f64, CollisionError> {
-        check_point(at, self.point_count)?;
-        let mut tasks = std::mem::take(&mut self.tasks);
-        let (mut energy, mut deepest, mut active, mut bad) = (0.0, 0.0_f64, 0, None);
-        let count = self.candidates.len();
-        let pass = Pass {
-            source: self,
-            at,
-            curvature,
+    ) {
+        let [a, b, c] = self.corners[touch.of.element as usize];
+        let mut push = |w: Vec3, force, k: Option<Mat3>| {
+            out.nodes.push([a, b, c, c]);
+            out.weights.push([w[0], w[1], w[2], 0.0]);
+            out.force.push(force);
+            out.curvature.extend(k);
         };
-        in_order(
-            count.div_ceil(CHUNK),
-            &mut tasks,
-            |i, task: &mut Task| pass.evaluate(chunk(i, count), task),
-            |task| {
-                out.extend(&task.response);
-                energy += task.energy;
-                deepest = deepest.max(task.deepest);
-                active += task.active;
-                bad = bad.or(task.bad);
-            },
-        );
-        self.tasks = tasks;
-        (self.active, self.deepest) = (active, deepest);
-        match bad {
-            Some(of) => Err(self.bad_sample(of)),
-            None => Ok(energy),
+        if let Some((weights, answer)) = lagged {
+            push(weights, answer.force, curvature.map(|_| answer.curvature));
         }
-    }
-
-    fn covers(&self, at: &EvalPoint<'_>) -> bool {
-        self.envelope.contains(at, 0..self.point_count as u32)
-    }
-
-    fn commit(&mut self, at: &EvalPoint<'_>) {
-        if self.friction.is_none() || check_point(at, self.point_count).is_err() {
-            return;
-        }
-        let mut tasks = std::mem::take(&mut self.tasks);
-        let mut memory = std::mem::take(&mut self.spare);
-        memory.clear();
-        let count = self.candidates.len();
-        let pass = Pass {
-            source: self,
-            at,
-            curvature: false,
-        };
-        in_order(
-            count.div_ceil(CHUNK),
-            &mut tasks,
-            |i, task: &mut Task| pass.remember(chunk(i, count), task),
-            |task| memory.append(&mut task.memory),
-        );
-        self.spare = std::mem::replace(&mut self.memory, memory);
-        self.tasks = tasks;
-    }
-
-    fn active(&self) -> usize {
-        self.active
-    }
-
-    fn max_penetration(&self) -> f64 {
-        self.deepest
-    }
-
-    fn candidates(&self) -> usize {
-        self.candidates.len()
-    }
-
-    fn history(&self) -> Vec<f64> {
-        history::to_numbers(&self.memory)
-    }
-
-    fn restore_history(&mut self, history: &[f64]) -> Result<(), CollisionError> {
-        let limits = [self.bodies.len(), self.triangles.len()];
-        self.memory = history::from_numbers(history, limits)?;
-        Ok(())
+        push(touch.weights, force, curvature);
     }
 
     fn heap_bytes(&self) -> usize {
-        let guards = self.guards.iter().map(|g| g.capacity()).sum::<usize>();
-        12 * self.triangles.capacity()
-            + 8 * (self.inverse_masses.capacity() + self.areas.capacity() + self.masses.capacity())
-            + 8 * (self.coefficients.capacity() + self.body_coefficients.capacity())
-            + self.impacts.heap_bytes()
-            + self.envelope.heap_bytes()
-            + size_of::<Guard>() * guards
-            + size_of::<Candidate>() * self.candidates.capacity()
-            + size_of::<Anchor>() * (self.memory.capacity() + self.spare.capacity())
-            + self.tasks.iter().map(Task::heap_bytes).sum::<usize>()
+        size_of::<[u32; 3]>() * self.corners.capacity()
+    }
+
+    fn scratch_bytes((): &()) -> usize {
+        0
     }
 }

@@ -1,13 +1,16 @@
+use std::ops::Range;
+
 use selvedge_energy::EvalPoint;
 
-use super::pass::{Anchor, Pass};
-use super::{BodyContact, BodyContactSettings, Guard, NAME, bad_sample, history, run_over};
+use super::element::{AnchorOf, CandidateOf, Overrun, TaskOf};
+use super::friction::BodyFriction;
+use super::{AgainstBodies, BodyContactSettings, BodyElement, Guard, Pass, anchor};
 use crate::source::{ContactSource, StepStart, check_point, check_step, in_order};
-use crate::{CollisionError, ContactResponse, SurfaceSample};
+use crate::{CollisionError, ContactResponse};
 
-impl ContactSource for BodyContact {
+impl<E: BodyElement> ContactSource for AgainstBodies<E> {
     fn name(&self) -> &str {
-        NAME
+        E::NAME
     }
 
     fn detect(&mut self, step: &StepStart<'_>) -> Result<(), CollisionError> {
@@ -22,10 +25,12 @@ impl ContactSource for BodyContact {
         let overrun = self.search(step, &mut impacts);
         self.impacts.update(step.time, step.dt, &mut impacts);
         match overrun {
-            Some((c, depth, limit)) => {
-                let body = &*self.bodies[c.body as usize];
-                Err(run_over(body, c.point, depth, limit))
-            }
+            Some(Overrun { of, depth, limit }) => Err(CollisionError::Overrun {
+                body: self.bodies[of.body as usize].name().into(),
+                point: self.element.first_point(of.element),
+                depth,
+                limit,
+            }),
             None => Ok(()),
         }
     }
@@ -38,8 +43,8 @@ impl ContactSource for BodyContact {
     ) -> Result<f64, CollisionError> {
         check_point(at, self.point_count)?;
         let mut tasks = std::mem::take(&mut self.tasks);
-        let before = out.body_nodes.len();
-        let (mut energy, mut deepest, mut deep, mut bad) = (0.0, 0.0_f64, 0, None);
+        let (mut energy, mut deepest, mut bad) = (0.0, 0.0_f64, None);
+        let (mut active, mut deep) = (0, 0);
         let ranges = &self.ranges;
         let pass = Pass {
             source: self,
@@ -54,21 +59,24 @@ impl ContactSource for BodyContact {
                 out.extend(&task.response);
                 energy += task.energy;
                 deepest = deepest.max(task.deepest);
+                active += task.active;
                 deep += task.deep;
                 bad = bad.or(task.bad);
             },
         );
         self.tasks = tasks;
-        self.active = out.body_nodes.len() - before;
-        (self.deepest, self.deep) = (deepest, deep);
+        (self.active, self.deep, self.deepest) = (active, deep, deepest);
         match bad {
-            Some(c) => Err(bad_sample(&*self.bodies[c.body as usize], c.point)),
+            Some(of) => Err(CollisionError::NotFiniteSample {
+                body: self.bodies[of.body as usize].name().into(),
+                point: self.element.first_point(of.element),
+            }),
             None => Ok(energy),
         }
     }
 
     fn covers(&self, at: &EvalPoint<'_>) -> bool {
-        self.envelope.contains(at, self.points.iter().copied())
+        self.envelope.contains(at, self.element.points())
     }
 
     fn commit(&mut self, at: &EvalPoint<'_>) {
@@ -107,39 +115,27 @@ impl ContactSource for BodyContact {
     }
 
     fn history(&self) -> Vec<f64> {
-        history::to_numbers(&self.memory)
+        anchor::to_numbers(&self.memory)
     }
 
     fn restore_history(&mut self, history: &[f64]) -> Result<(), CollisionError> {
-        self.memory = history::from_numbers(history, [self.bodies.len(), self.point_count])?;
+        let limits = [self.bodies.len(), self.element.total()];
+        self.memory = anchor::from_numbers(E::NAME, history, limits)?;
         Ok(())
     }
 
     fn heap_bytes(&self) -> usize {
-        let tasks: usize = self
-            .tasks
-            .iter()
-            .map(|t| {
-                t.response.heap_bytes()
-                    + 24 * t.positions.capacity()
-                    + size_of::<SurfaceSample>() * t.samples.capacity()
-                    + 8 * t.candidates.capacity()
-                    + size_of::<Anchor>() * t.memory.capacity()
-            })
-            .sum();
-        4 * self.points.capacity()
-            + 8 * (self.inverse_masses.capacity() + self.areas.capacity() + self.masses.capacity())
+        let guards: usize = self.guards.iter().map(Vec::capacity).sum();
+        let task = |t: &TaskOf<E>| E::scratch_bytes(&t.scratch) + t.heap_bytes();
+        self.element.heap_bytes()
+            + 8 * (self.areas.capacity() + self.masses.capacity())
+            + self.friction.as_ref().map_or(0, BodyFriction::heap_bytes)
             + self.impacts.heap_bytes()
-            + 8 * (self.coefficients.capacity() + self.body_coefficients.capacity())
-            + 8 * self.candidates.capacity()
-            + 16 * self.ranges.capacity()
-            + size_of::<Anchor>() * (self.memory.capacity() + self.spare.capacity())
             + self.envelope.heap_bytes()
-            + self
-                .guards
-                .iter()
-                .map(|g| size_of::<Guard>() * g.capacity())
-                .sum::<usize>()
-            + tasks
+            + size_of::<Guard>() * guards
+            + size_of::<CandidateOf<E>>() * self.candidates.capacity()
+            + size_of::<Range<usize>>() * self.ranges.capacity()
+            + size_of::<AnchorOf<E>>() * (self.memory.capacity() + self.spare.capacity())
+            + self.tasks.iter().map(task).sum::<usize>()
     }
 }

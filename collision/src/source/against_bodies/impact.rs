@@ -5,7 +5,7 @@ use crate::vec3::{Vec3, dot};
 
 /// How a point approaches a body within a step.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::source) struct Arrival {
+pub(super) struct Arrival {
     /// Distance at the start of the step \[m\].
     pub gap: f64,
     /// What the distance falls by until the end, along the normal \[m\].
@@ -14,7 +14,7 @@ pub(in crate::source) struct Arrival {
 
 /// What has to be done about a fast arrival.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(in crate::source) enum Answer {
+pub(super) enum Answer {
     /// The step is too long: the point may come this deep, and would come
     /// deeper \[m\].
     Refuse { depth: f64, limit: f64 },
@@ -74,7 +74,7 @@ impl Arrival {
 
 /// Stiffness of every fast arrival of a step.
 #[derive(Clone, Debug)]
-pub(in crate::source) struct Impacts<K> {
+pub(super) struct Impacts<K> {
     /// In ascending order; empty in nearly every step.
     of: Vec<(K, f64)>,
     step: [f64; 2],

@@ -3,7 +3,7 @@ use crate::vec3::{Vec3, norm, sub};
 
 /// A distance that was sampled once, and where.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::source) struct Guard {
+pub struct Guard {
     place: [f32; 3],
     distance: f32,
 }
