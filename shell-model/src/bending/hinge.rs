@@ -4,11 +4,12 @@ use std::ops::Range;
 use selvedge_energy::{Curvature, EvalPoint, StencilEnergy};
 use wide::f64x4;
 
-use super::frame::{Floors, HingeFrame, WingBlocks, unwrap};
+use super::blocks::{stretched, write, write_squares};
+use super::collapse::{floors, wholeness};
+use super::frame::{Floors, HingeFrame, unwrap};
+use super::law::{AngleLaw, PlainAngle};
 use crate::lanes::{Lanes, apart, together};
-use crate::vec3::{
-    V, add, cross, dot, node, norm, outer, put, put_transposed, scale, set_node, sub,
-};
+use crate::vec3::{V, dot, node, scale, set_node, sub};
 use crate::{Damping, DampingKind};
 
 /// Rest data of one hinge.
@@ -29,43 +30,6 @@ pub struct HingeRest {
     pub damping: f64,
 }
 
-/// A function of the hinge angle, as a type.
-pub trait AngleLaw: sealed::Sealed + Copy + std::fmt::Debug + Send + Sync + 'static {
-    /// Strain measure `φ(θ)`, `φ'` and `φ''`; the energy is `½ k (φ − φ̄)²`.
-    fn measure(angle: f64) -> [f64; 3];
-}
-
-/// `φ = θ`.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct PlainAngle;
-
-/// `φ = 2 tan(θ/2)`: grows without bound as the hinge closes at `±π`, which
-/// keeps wings from passing through each other.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct TangentAngle;
-
-mod sealed {
-    pub trait Sealed {}
-    impl Sealed for super::PlainAngle {}
-    impl Sealed for super::TangentAngle {}
-}
-
-impl AngleLaw for PlainAngle {
-    #[inline(always)]
-    fn measure(angle: f64) -> [f64; 3] {
-        [angle, 1.0, 0.0]
-    }
-}
-
-impl AngleLaw for TangentAngle {
-    #[inline(always)]
-    fn measure(angle: f64) -> [f64; 3] {
-        let t = (0.5 * angle).tan();
-        let slope = 1.0 + t * t;
-        [2.0 * t, slope, slope * t]
-    }
-}
-
 /// Bending energy of hinges, with internal friction and angle law by type.
 ///
 /// ```text
@@ -73,7 +37,7 @@ impl AngleLaw for TangentAngle {
 /// ∇E = k_e (θ − θ̄) ∇θ,   ∇²E = k_e [∇θ ∇θᵀ + (θ − θ̄) ∇²θ]
 /// ```
 /// \[Grinspun2003\], \[Tamstorf2013\]; the closed form of `∇²θ` is in the module.
-/// With [`TangentAngle`] `θ` is replaced by `2 tan(θ/2)`. Friction adds the
+/// With [`TangentAngle`](crate::TangentAngle) `θ` is replaced by `2 tan(θ/2)`. Friction adds the
 /// moment `k_e β_b θ̇`, see [`Damping`](crate::Damping).
 ///
 /// | symbol | is | unit |
@@ -114,11 +78,6 @@ struct Hot {
     rest: f64,
     floors: Floors,
 }
-
-/// Fraction of a rest size below which a hinge is ignored, and above which it
-/// is whole.
-const GONE: f64 = 0.02;
-const WHOLE: f64 = 0.1;
 
 /// What a hinge, or each of four, brings along to an evaluation.
 struct Own<S> {
@@ -162,7 +121,6 @@ struct Turned<S> {
 impl<D: Damping, L: AngleLaw> BendingHinge<D, L> {
     /// Hinges from their rest data.
     pub fn new(rest: &[HingeRest]) -> Self {
-        let floor = |size: f64| (GONE * size).powi(2).max(f64::MIN_POSITIVE);
         Self {
             stencils: rest.iter().map(|r| r.points).collect(),
             hot: rest
@@ -170,7 +128,7 @@ impl<D: Damping, L: AngleLaw> BendingHinge<D, L> {
                 .map(|r| Hot {
                     stiffness: r.stiffness,
                     rest: L::measure(r.angle)[0],
-                    floors: [floor(r.length), floor(r.heights[0]), floor(r.heights[1])],
+                    floors: floors(r.length, r.heights),
                 })
                 .collect(),
             rest_stiffness: rest.iter().map(|r| r.stiffness).collect(),
@@ -469,125 +427,4 @@ impl<D: Damping, L: AngleLaw> StencilEnergy<4, 12> for BendingHinge<D, L> {
             + size_of_val(&self.beta[..])
             + size_of_val(&self.previous[..])
     }
-}
-
-/// `Π smoothstep(size/rest size)` over the edge and both wings.
-fn wholeness(q: &[f64; 12], floors: &Floors) -> f64 {
-    let x0 = node(q, 0);
-    let e = sub(node(q, 1), x0);
-    let areas = [cross(e, sub(node(q, 2), x0)), cross(e, sub(node(q, 3), x0))];
-    let l2 = dot(e, e);
-    // Beyond rounding of what follows, which most hinges need not go through.
-    let whole = 1.001 * (WHOLE / GONE) * (WHOLE / GONE);
-    if l2 > whole * floors[0]
-        && dot(areas[0], areas[0]) > whole * floors[1] * l2
-        && dot(areas[1], areas[1]) > whole * floors[2] * l2
-    {
-        return 1.0;
-    }
-    let l = norm(e);
-    let sizes = [l, norm(areas[0]) / l, norm(areas[1]) / l];
-    let mut product = 1.0;
-    for (size, floor) in sizes.into_iter().zip(floors) {
-        if *floor > f64::MIN_POSITIVE {
-            // `size` is NaN when the edge has no length.
-            let z = (size / floor.sqrt() - 1.0) / (WHOLE / GONE - 1.0);
-            let z = if z > 0.0 { z.min(1.0) } else { 0.0 };
-            product *= z * z * (3.0 - 2.0 * z);
-        }
-    }
-    product
-}
-
-/// `√k ∇θ`
-#[inline(always)]
-fn stretched<S: Lanes>(k: S, theta: &[V<S>; 4]) -> [S; 12] {
-    let root = k.sqrt();
-    let mut v = [k; 12];
-    for i in 0..4 {
-        set_node(&mut v, i, scale(root, theta[i]));
-    }
-    v
-}
-
-/// Writes `Σ v vᵀ`.
-#[inline(always)]
-fn write_squares<S: Lanes, const K: usize>(vectors: &[[S; 12]; K], h: &mut [[S; 12]; 12]) {
-    for i in 0..12 {
-        let mut row = [S::splat(0.0); 12];
-        for v in vectors {
-            for j in 0..12 {
-                row[j] = row[j] + v[i] * v[j];
-            }
-        }
-        h[i] = row;
-    }
-}
-
-/// Writes `k ∇θ ∇θᵀ` plus the wings' blocks.
-#[inline(always)]
-fn write<S: Lanes>(
-    k: S,
-    theta: &[V<S>; 4],
-    one: &WingBlocks<S>,
-    two: &WingBlocks<S>,
-    h: &mut [[S; 12]; 12],
-) {
-    let [_, g1, g2, g3] = *theta;
-    let mut h11 = outer(scale(k, g1), g1);
-    let mut h12 = outer(scale(k, g1), g2);
-    let mut h13 = outer(scale(k, g1), g3);
-    let mut h22 = outer(scale(k, g2), g2);
-    let h23 = outer(scale(k, g2), g3);
-    let mut h33 = outer(scale(k, g3), g3);
-    for i in 0..3 {
-        h11[i] = add(h11[i], add(one.b11[i], two.b11[i]));
-        h12[i] = add(h12[i], one.b1o[i]);
-        h13[i] = add(h13[i], two.b1o[i]);
-        h22[i] = add(h22[i], one.boo[i]);
-        h33[i] = add(h33[i], two.boo[i]);
-    }
-    // Symmetric to the last bit.
-    for b in [&mut h11, &mut h22, &mut h33] {
-        for (i, j) in [(0, 1), (0, 2), (1, 2)] {
-            b[j][i] = b[i][j];
-        }
-    }
-    let zero = [[S::splat(0.0); 3]; 3];
-    // A translation does nothing: every block row sums to zero.
-    let mut h01 = zero;
-    let mut h02 = zero;
-    let mut h03 = zero;
-    for i in 0..3 {
-        for j in 0..3 {
-            h01[i][j] = -(h11[i][j] + h12[j][i] + h13[j][i]);
-            h02[i][j] = -(h12[i][j] + h22[i][j] + h23[j][i]);
-            h03[i][j] = -(h13[i][j] + h23[i][j] + h33[i][j]);
-        }
-    }
-    let mut h00 = zero;
-    for i in 0..3 {
-        for j in 0..3 {
-            let (a, b) = (
-                h01[i][j] + h02[i][j] + h03[i][j],
-                h01[j][i] + h02[j][i] + h03[j][i],
-            );
-            h00[i][j] = S::splat(-0.5) * (a + b);
-        }
-    }
-    put(h, 0, 0, &h00);
-    for (i, j, b) in [
-        (0, 1, &h01),
-        (0, 2, &h02),
-        (0, 3, &h03),
-        (1, 2, &h12),
-        (1, 3, &h13),
-        (2, 3, &h23),
-    ] {
-        put(h, i, j, b);
-        put_transposed(h, j, i, b);
-    }
-    put(h, 1, 1, &h11);
-    put(h, 2, 2, &h22);
-    put(h, 3, 3, &h33);
 }
