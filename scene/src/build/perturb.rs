@@ -3,7 +3,7 @@
 use selvedge_integrator::State;
 
 use super::BuiltScene;
-use super::geometry::Noise;
+use super::noise::Noise;
 
 impl BuiltScene {
     /// Moves every point of the cloth at the start by a random displacement of
