@@ -209,6 +209,11 @@ impl<T: Real> Source<'_, T> {
                     *v /= own * unit;
                 }
             }
+            // no more than in a definite matrix: what is beyond comes from raised pivots
+            let norm = row.lost.iter().map(|v| v * v).sum::<f64>().sqrt();
+            if norm > 1.0 {
+                row.lost.iter_mut().for_each(|v| *v /= norm);
+            }
             roots(&row.lost, m, &mut row.gram, &mut row.roots);
             for (place, root, units) in [(i, 0, &*own), (k, 1, &*other)] {
                 let root = &mut row.roots[root];

@@ -46,10 +46,12 @@ use sweep::Sweep;
 /// before `i`, so a first factorisation gathers the sums, raising pivots that fail one
 /// by one, and a second uses them. Blocks of the first level beyond the pattern count
 /// alone: those further out are smaller and cost more than they bring. Should a pivot
-/// fail still, there are shifts from 6.25e-5 on, doubling.
+/// fail still, there are shifts from 6.25e-5 on, doubling, and above 2e-3 shifts alone.
+/// `F̂` counts with a norm of 1 at most, as in a definite matrix.
 ///
-/// Diagonal blocks are complete, off-diagonal blocks of contacts are ignored. The filter enters as `S_i A_ij S_j` and `m̄ (I − S_i)` on the diagonal;
-/// fixed scalars get `m̄`.
+/// Diagonal blocks are complete, off-diagonal blocks of contacts are ignored. The
+/// filter enters as `S_i A_ij S_j` and `m̄ (I − S_i)` on the diagonal; fixed scalars
+/// get `m̄`.
 ///
 /// Rows are eliminated in double precision and kept in `T`. The points' order is
 /// divided where little separates (between the panels of a garment), into parts
@@ -86,6 +88,8 @@ const FIRST_SHIFT: f64 = 2.5e-4;
 
 /// First shift of a compensated factor that fails.
 const COMPENSATED_SHIFT: f64 = FIRST_SHIFT / 4.0;
+/// Where compensation needs more than this, shifts alone do as well.
+const LAST_COMPENSATED: f64 = 8.0 * FIRST_SHIFT;
 
 impl<T: Real> Default for NodeIc<T> {
     fn default() -> Self {
@@ -175,6 +179,12 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
             }
             while !source.part(whole, &mut self.factor, &mut []) {
                 source.shift = (2.0 * source.shift).max(COMPENSATED_SHIFT);
+                if source.shift > LAST_COMPENSATED
+                    && matches!(source.beyond, Beyond::Compensated(..))
+                {
+                    source.beyond = Beyond::Ignored;
+                    source.shift = 2.0 * FIRST_SHIFT;
+                }
                 if source.shift > LAST_SHIFT {
                     return Err(LinsolveError::ShiftExhausted {
                         method: "node-ic",
