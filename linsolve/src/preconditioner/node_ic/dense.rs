@@ -89,13 +89,8 @@ fn sized_solve<T: Real, const M: usize>(s: &mut [f64], inverse: &[T], n: usize) 
 }
 
 /// Factor `L` of the lower triangle of `d`, in place, and its inverse by rows;
-/// false when a pivot is not above the share `least` of its `scale`.
-pub(super) fn factorise(
-    d: &mut [f64],
-    n: usize,
-    (scale, least): (&[f64], f64),
-    inverse: &mut [f64],
-) -> bool {
+/// false when a pivot is not above `1e-12` of its `scale`.
+pub(super) fn factorise(d: &mut [f64], n: usize, scale: &[f64], inverse: &mut [f64]) -> bool {
     for i in 0..n {
         for j in 0..=i {
             let mut rest = d[j * n + i];
@@ -104,7 +99,7 @@ pub(super) fn factorise(
             }
             if i > j {
                 d[j * n + i] = rest / d[j * n + j];
-            } else if rest > least * scale[i] && rest.is_finite() {
+            } else if rest > 1e-12 * scale[i] && rest.is_finite() {
                 d[i * n + i] = rest.sqrt();
             } else {
                 return false;

@@ -1,16 +1,8 @@
 //! Numbers of the factor, row by row.
 
-use super::super::block_ic::LAST_SHIFT;
-use super::FIRST_SHIFT;
 use super::dense;
-use super::dropped::{Dropped, roots};
 use super::plan::Plan;
 use crate::{BlockFilter, BorderPattern, Bsr, Real};
-
-/// Least pivot, as a share of the diagonal.
-const LEAST: f64 = 1e-12;
-/// The same where a pivot that fails is raised.
-const LEAST_RAISED: f64 = 1e-5;
 
 /// A matrix to factor.
 pub(super) struct Source<'a, T: Real> {
@@ -27,17 +19,6 @@ pub(super) struct Source<'a, T: Real> {
     pub held: &'a [bool],
     /// Diagonal shift, relative.
     pub shift: f64,
-    pub beyond: Beyond<'a, T>,
-}
-
-/// What becomes of fill beyond the plan.
-#[derive(Clone, Copy)]
-pub(super) enum Beyond<'a, T> {
-    Ignored,
-    /// Summed up into compensations; pivots are raised one by one where they fail.
-    Gathered(&'a Dropped),
-    /// Made up for by these sums.
-    Compensated(&'a Dropped, &'a [T]),
 }
 
 /// The row at hand, in double precision.
@@ -49,19 +30,12 @@ struct Row {
     diagonal: Vec<f64>,
     scale: Vec<f64>,
     inverse: Vec<f64>,
-    /// Diagonal block before it is factored, where pivots may be raised.
-    unfactored: Vec<f64>,
-    lost: Vec<f64>,
-    /// Square roots of the diagonals of the row and of a column.
-    units: [Vec<f64>; 2],
-    roots: [Vec<f64>; 2],
-    gram: Vec<f64>,
 }
 
 impl<T: Real> Source<'_, T> {
-    /// Factors a part of the plan; `values` are its rows', and so are the sums to
-    /// gather, if any. False when a pivot is not positive.
-    pub(super) fn part(&self, index: usize, values: &mut [T], sums: &mut [T]) -> bool {
+    /// Factors a part of the plan; `values` are its rows'. False when a pivot
+    /// is not positive.
+    pub(super) fn part(&self, index: usize, values: &mut [T]) -> bool {
         let plan = self.plan;
         let part = plan.parts[index];
         let origin = plan.values[part.start as usize] as usize;
@@ -70,15 +44,7 @@ impl<T: Real> Source<'_, T> {
             let cut = plan.values[plan.parts[right].start as usize] as usize - origin;
             let own = plan.values[part.own as usize] as usize - origin;
             let (a, b) = values[..own].split_at_mut(cut);
-            let (of_a, of_b) = match self.beyond {
-                Beyond::Gathered(dropped) => {
-                    let [start, cut, own] = [part.start, plan.parts[right].start, part.own]
-                        .map(|place| dropped.first(place as usize));
-                    sums[..own - start].split_at_mut(cut - start)
-                }
-                _ => (&mut [][..], &mut [][..]),
-            };
-            let (a, b) = rayon::join(|| self.part(left, a, of_a), || self.part(right, b, of_b));
+            let (a, b) = rayon::join(|| self.part(left, a), || self.part(right, b));
             if !(a && b) {
                 return false;
             }
@@ -89,13 +55,7 @@ impl<T: Real> Source<'_, T> {
         };
         (part.own as usize..part.end as usize).all(|i| {
             let (done, rest) = values.split_at_mut(plan.values[i] as usize - origin);
-            self.row(
-                i,
-                (part.start as usize, origin),
-                (done, rest),
-                sums,
-                &mut row,
-            )
+            self.row(i, (part.start as usize, origin), done, rest, &mut row)
         })
     }
 
@@ -104,8 +64,8 @@ impl<T: Real> Source<'_, T> {
         &self,
         i: usize,
         (start, origin): (usize, usize),
-        (done, out): (&[T], &mut [T]),
-        sums: &mut [T],
+        done: &[T],
+        out: &mut [T],
         row: &mut Row,
     ) -> bool {
         let plan = self.plan;
@@ -127,144 +87,34 @@ impl<T: Real> Source<'_, T> {
         for k in 0..m {
             row.diagonal[k * m + k] += self.shift * row.scale[k];
         }
-        if let Beyond::Compensated(dropped, sums) = self.beyond {
-            add_packed(&mut row.diagonal, m, &sums[dropped.sums(i, 0)]);
-        }
         for &k in columns {
             let k = k as usize;
             let n = plan.size(k);
             let (before, rest) = row.blocks.split_at_mut(row.at[k - start] as usize - 1);
             let target = &mut rest[..m * n];
-            let inverse = self.eliminate(k, (start, origin), done, (before, &row.at), target);
-            dense::right_solve(target, inverse, m, n);
+            let mut from = plan.values[k] as usize - origin;
+            for &c in plan.row(k) {
+                let size = plan.size(c as usize);
+                let to = from + n * size;
+                if let Some(at) = (row.at[c as usize - start] as usize).checked_sub(1) {
+                    let own = &before[at..at + m * size];
+                    dense::subtract_product(target, own, &done[from..to], (m, n, size));
+                }
+                from = to;
+            }
+            dense::right_solve(target, &done[from..from + n * (n + 1) / 2], m, n);
             dense::subtract_product(&mut row.diagonal, target, target, (m, m, n));
-        }
-        if let Beyond::Gathered(dropped) = self.beyond {
-            self.gather(i, (start, origin), done, dropped, sums, row);
         }
         for &k in columns {
             row.at[k as usize - start] = 0;
         }
         row.inverse.clear();
         row.inverse.resize(m * (m + 1) / 2, 0.0);
-        if !self.pivot(m, row) {
+        if !dense::factorise(&mut row.diagonal, m, &row.scale, &mut row.inverse) {
             return false;
         }
         for (out, &v) in out.iter_mut().zip(row.blocks.iter().chain(&row.inverse)) {
             *out = T::from_f64(v);
-        }
-        true
-    }
-
-    /// `target −= Σ_c L_ic L_kcᵀ` of a row `i` that is known before column `k`, with
-    /// the places of its blocks. The packed inverse of `L_kk`.
-    #[inline(always)]
-    fn eliminate<'d>(
-        &self,
-        k: usize,
-        (start, origin): (usize, usize),
-        done: &'d [T],
-        (before, places): (&[f64], &[u32]),
-        target: &mut [f64],
-    ) -> &'d [T] {
-        let plan = self.plan;
-        let n = plan.size(k);
-        let m = target.len() / n;
-        let mut from = plan.values[k] as usize - origin;
-        for &c in plan.row(k) {
-            let size = plan.size(c as usize);
-            let to = from + n * size;
-            if let Some(at) = (places[c as usize - start] as usize).checked_sub(1) {
-                let own = &before[at..at + m * size];
-                dense::subtract_product(target, own, &done[from..to], (m, n, size));
-            }
-            from = to;
-        }
-        &done[from..from + n * (n + 1) / 2]
-    }
-
-    /// What row `i` loses, into the sums of its part and onto its own diagonal.
-    fn gather(
-        &self,
-        i: usize,
-        (start, origin): (usize, usize),
-        done: &[T],
-        dropped: &Dropped,
-        sums: &mut [T],
-        row: &mut Row,
-    ) {
-        let m = self.plan.size(i);
-        let [own, other] = &mut row.units;
-        self.units(i, own);
-        for &k in dropped.row(i) {
-            let k = k as usize;
-            let n = self.plan.size(k);
-            self.units(k, other);
-            row.lost.clear();
-            row.lost.resize(m * n, 0.0);
-            let known = (&row.blocks[..], &row.at[..]);
-            self.eliminate(k, (start, origin), done, known, &mut row.lost);
-            for (column, unit) in row.lost.chunks_exact_mut(m).zip(&*other) {
-                for (v, own) in column.iter_mut().zip(&*own) {
-                    *v /= own * unit;
-                }
-            }
-            // no more than in a definite matrix: what is beyond comes from raised pivots
-            let norm = row.lost.iter().map(|v| v * v).sum::<f64>().sqrt();
-            if norm > 1.0 {
-                row.lost.iter_mut().for_each(|v| *v /= norm);
-            }
-            roots(&row.lost, m, &mut row.gram, &mut row.roots);
-            for (place, root, units) in [(i, 0, &*own), (k, 1, &*other)] {
-                let root = &mut row.roots[root];
-                let mut packed = root.iter_mut();
-                for (r, a) in units.iter().enumerate() {
-                    for (v, b) in packed.by_ref().zip(&units[..=r]) {
-                        *v *= a * b;
-                    }
-                }
-                for (sum, &v) in sums[dropped.sums(place, start)].iter_mut().zip(&*root) {
-                    *sum += T::from_f64(v);
-                }
-            }
-            add_packed(&mut row.diagonal, m, &row.roots[0]);
-        }
-    }
-
-    /// Square roots of the diagonal of a place, in a point of its mean: the same in
-    /// every frame.
-    fn units(&self, place: usize, out: &mut Vec<f64>) {
-        let b = &self.blocks[self.plan.points[place] as usize];
-        let point = ((b[0] + b[4] + b[8]) / 3.0).abs();
-        let first = self.plan.scalars[place] as usize;
-        let scalars = &self.scalars[first..first + self.plan.size(place) - 3];
-        let all = [point; 3]
-            .into_iter()
-            .chain(scalars.iter().map(|d| d.abs()));
-        out.clear();
-        out.extend(all.map(|d| d.max(f64::MIN_POSITIVE).sqrt()));
-    }
-
-    /// Factor of the row's diagonal, and its inverse. Where fill is gathered a pivot
-    /// that fails is raised by itself, and small ones fail: what they divide would
-    /// outweigh everything behind them.
-    fn pivot(&self, m: usize, row: &mut Row) -> bool {
-        let scale = row.scale.as_slice();
-        if !matches!(self.beyond, Beyond::Gathered(_)) {
-            return dense::factorise(&mut row.diagonal, m, (scale, LEAST), &mut row.inverse);
-        }
-        row.unfactored.clone_from(&row.diagonal);
-        let mut raised = 0.0;
-        let least = (scale, LEAST_RAISED);
-        while !dense::factorise(&mut row.diagonal, m, least, &mut row.inverse) {
-            raised = f64::max(2.0 * raised, FIRST_SHIFT);
-            if raised > LAST_SHIFT {
-                return false;
-            }
-            row.diagonal.copy_from_slice(&row.unfactored);
-            for (k, scale) in scale.iter().enumerate() {
-                row.diagonal[k * m + k] += raised * scale;
-            }
         }
         true
     }
@@ -399,16 +249,6 @@ impl<T: Real> Source<'_, T> {
                     *v = 0.0;
                 }
             }
-        }
-    }
-}
-
-/// Adds a lower triangle packed by rows to one by columns.
-fn add_packed<T: Real>(diagonal: &mut [f64], size: usize, packed: &[T]) {
-    let mut packed = packed.iter();
-    for r in 0..size {
-        for (c, v) in packed.by_ref().take(r + 1).enumerate() {
-            diagonal[c * size + r] += v.to_f64();
         }
     }
 }

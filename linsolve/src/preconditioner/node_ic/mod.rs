@@ -1,7 +1,6 @@
 //! Incomplete Cholesky by blocks of points with their scalars.
 
 mod dense;
-mod dropped;
 mod factor;
 mod parts;
 mod plan;
@@ -10,8 +9,7 @@ mod sweep;
 use super::block_ic::LAST_SHIFT;
 use super::{Preconditioner, diagonal::positive_inverse, filtered_diagonal};
 use crate::{ExplicitOperator, Filter, LinearOperator, LinsolveError, Real};
-use dropped::Dropped;
-use factor::{Beyond, Source, held};
+use factor::{Source, held};
 use plan::Plan;
 use sweep::Sweep;
 
@@ -31,27 +29,13 @@ use sweep::Sweep;
 /// dropped then spoils pivots, and the shift that mends them outweighs mass and
 /// bending: on a knit in steps of 1 ms, levels 0 and 1 need shifts of 1e-2, level 2
 /// of 2.5e-4 or none. Garments of fine stiff yarn, whose rods lie in separators,
-/// would need up to 2e-3.
+/// need up to 2e-3.
 ///
-/// The first try has no shift; where the order is divided, one of `2.5e-4 |A_kk|`.
-/// When a pivot is not above `1e-12 A_kk`, what is dropped gets compensated (Ajiz and
-/// Jennings, Int. J. Numer. Meth. Engng 20 (1984), by blocks): a dropped block `F` of
-/// row `i` and column `j`, scaled by the diagonals to `F̂`, adds
-///
-/// ```text
-/// (F̂ F̂ᵀ)^½ to D_i ,    (F̂ᵀ F̂)^½ to D_j ,
-/// ```
-/// and what is factored is the matrix with something semidefinite added that is as
-/// directed as the stiffness that is lost. Rows come one after the other and `D_j` long
-/// before `i`, so a first factorisation gathers the sums, raising pivots that fail one
-/// by one, and a second uses them. Blocks of the first level beyond the pattern count
-/// alone: those further out are smaller and cost more than they bring. Should a pivot
-/// fail still, there are shifts from 6.25e-5 on, doubling, and above 2e-3 shifts alone.
-/// `F̂` counts with a norm of 1 at most, as in a definite matrix.
-///
-/// Diagonal blocks are complete, off-diagonal blocks of contacts are ignored. The
-/// filter enters as `S_i A_ij S_j` and `m̄ (I − S_i)` on the diagonal; fixed scalars
-/// get `m̄`.
+/// Diagonal blocks are complete, off-diagonal blocks of contacts are ignored.
+/// A pivot that is not above `1e-12 A_kk` restarts with the diagonal shift
+/// `s |A_kk|`, `s = 2.5e-4` and doubling; where the order is divided, that is the
+/// first try. The filter enters as `S_i A_ij S_j` and `m̄ (I − S_i)` on the diagonal;
+/// fixed scalars get `m̄`.
 ///
 /// Rows are eliminated in double precision and kept in `T`. The points' order is
 /// divided where little separates (between the panels of a garment), into parts
@@ -72,10 +56,6 @@ pub struct NodeIc<T> {
     /// Current vector, node by node.
     vector: Vec<T>,
     shift: f64,
-    /// What is dropped of the first level beyond, and what makes up for it; from the
-    /// first failure on.
-    dropped: Option<Dropped>,
-    compensation: Vec<T>,
     blocks: Vec<[f64; 9]>,
     scalars: Vec<f64>,
 }
@@ -85,11 +65,6 @@ const LEVEL: usize = 2;
 /// Shift after one of 0, and the first one where the order is divided: what separates
 /// loses most by what is dropped. Iterations grow with its square root.
 const FIRST_SHIFT: f64 = 2.5e-4;
-
-/// First shift of a compensated factor that fails.
-const COMPENSATED_SHIFT: f64 = FIRST_SHIFT / 4.0;
-/// Where compensation needs more than this, shifts alone do as well.
-const LAST_COMPENSATED: f64 = 8.0 * FIRST_SHIFT;
 
 impl<T: Real> Default for NodeIc<T> {
     fn default() -> Self {
@@ -109,8 +84,6 @@ impl<T: Real> NodeIc<T> {
             scalar_inverse: Vec::new(),
             vector: Vec::new(),
             shift: 0.0,
-            dropped: None,
-            compensation: Vec::new(),
             blocks: Vec::new(),
             scalars: Vec::new(),
         }
@@ -145,7 +118,6 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
             self.pattern = Some(pattern);
             let values = self.plan.values.last().map_or(0, |&n| n as usize);
             self.factor = vec![T::ZERO; values];
-            self.dropped = None;
         }
         let held = held(&self.plan, filter.as_blocks());
         let whole = self.plan.parts.len() - 1;
@@ -159,38 +131,14 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
             filter: filter.as_blocks(),
             held: &held,
             shift: if whole == 0 { 0.0 } else { FIRST_SHIFT },
-            beyond: Beyond::Ignored,
         };
-        if !source.part(whole, &mut self.factor, &mut []) {
-            let dropped: &Dropped = self.dropped.get_or_insert_with(|| {
-                Dropped::new(&self.plan, points.pattern(), border, self.level)
-            });
-            let sums = &mut self.compensation;
-            sums.clear();
-            sums.resize(dropped.first(self.plan.points.len()), T::ZERO);
-            source.shift = 0.0;
-            source.beyond = Beyond::Gathered(dropped);
-            let gathered = source.part(whole, &mut self.factor, sums);
-            if gathered && sums.iter().all(|v| v.to_f64().is_finite()) {
-                source.beyond = Beyond::Compensated(dropped, sums);
-            } else {
-                source.beyond = Beyond::Ignored;
-                source.shift = 2.0 * FIRST_SHIFT;
-            }
-            while !source.part(whole, &mut self.factor, &mut []) {
-                source.shift = (2.0 * source.shift).max(COMPENSATED_SHIFT);
-                if source.shift > LAST_COMPENSATED
-                    && matches!(source.beyond, Beyond::Compensated(..))
-                {
-                    source.beyond = Beyond::Ignored;
-                    source.shift = 2.0 * FIRST_SHIFT;
-                }
-                if source.shift > LAST_SHIFT {
-                    return Err(LinsolveError::ShiftExhausted {
-                        method: "node-ic",
-                        shift: LAST_SHIFT,
-                    });
-                }
+        while !source.part(whole, &mut self.factor) {
+            source.shift = (2.0 * source.shift).max(FIRST_SHIFT);
+            if source.shift > LAST_SHIFT {
+                return Err(LinsolveError::ShiftExhausted {
+                    method: "node-ic",
+                    shift: LAST_SHIFT,
+                });
             }
         }
         self.shift = source.shift;
@@ -226,17 +174,8 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
     }
 
     fn heap_bytes(&self) -> usize {
-        let of_t = [
-            &self.factor,
-            &self.scalar_inverse,
-            &self.vector,
-            &self.compensation,
-        ];
-        let of_t: usize = of_t.iter().map(|v| v.capacity()).sum();
+        let of_t = self.factor.capacity() + self.scalar_inverse.capacity() + self.vector.capacity();
         let of_f64 = self.scalars.capacity() + 9 * self.blocks.capacity();
-        size_of::<T>() * of_t
-            + 8 * of_f64
-            + self.plan.heap_bytes()
-            + self.dropped.as_ref().map_or(0, Dropped::heap_bytes)
+        size_of::<T>() * of_t + 8 * of_f64 + self.plan.heap_bytes()
     }
 }
