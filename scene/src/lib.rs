@@ -13,6 +13,7 @@ pub mod effects;
 pub mod file;
 mod motion;
 mod process;
+pub mod random;
 mod result;
 pub mod summary;
 pub mod watchdog;

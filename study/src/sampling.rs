@@ -1,5 +1,7 @@
 //! Which combinations of values a study runs.
 
+use selvedge_scene::random::SplitMix;
+
 use crate::StudyError;
 use crate::axes::{Axis, Values};
 
@@ -56,7 +58,7 @@ pub fn latin_hypercube(
     for (a, axis) in axes.iter().enumerate() {
         // A generator an axis: a further axis leaves the others as they are.
         let mut random = SplitMix(seed ^ (a as u64 + 1).wrapping_mul(0xd1b5_4a32_d192_ed03));
-        let strata = random.permutation(count);
+        let strata = permutation(&mut random, count);
         for (point, stratum) in points.iter_mut().zip(strata) {
             // Off the borders, so that six digits keep it in its stratum.
             let inside = 0.02 + 0.96 * random.uniform();
@@ -73,30 +75,13 @@ pub fn latin_hypercube(
     Ok(points)
 }
 
-/// Steele, Lea and Flood's generator: the same numbers on every machine.
-struct SplitMix(u64);
-
-impl SplitMix {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+/// Fisher and Yates.
+fn permutation(random: &mut SplitMix, count: usize) -> Vec<usize> {
+    let mut all: Vec<usize> = (0..count).collect();
+    for i in (1..count).rev() {
+        all.swap(i, (random.bits() % (i as u64 + 1)) as usize);
     }
-
-    fn uniform(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// Fisher and Yates.
-    fn permutation(&mut self, count: usize) -> Vec<usize> {
-        let mut all: Vec<usize> = (0..count).collect();
-        for i in (1..count).rev() {
-            all.swap(i, (self.next() % (i as u64 + 1)) as usize);
-        }
-        all
-    }
+    all
 }
 
 #[cfg(test)]

@@ -32,6 +32,16 @@ pub fn pair_friction(a: f64, b: f64) -> f64 {
     (a * b).sqrt()
 }
 
+/// Inverses of masses \[1/kg\]: zero for a point that does not move, or has no mass to
+/// speak of.
+pub(crate) fn inverse_masses(masses: &[f64]) -> Vec<f64> {
+    let moves = |m: &f64| *m > 0.0 && m.is_finite();
+    masses
+        .iter()
+        .map(|m| if moves(m) { 1.0 / m } else { 0.0 })
+        .collect()
+}
+
 /// Checks coefficients of single points: as many as there are points, finite
 /// and not negative. Returns the one that all share, if they do.
 pub(crate) fn common_coefficient(

@@ -10,7 +10,6 @@ mod draped;
 mod effects;
 mod geometry;
 mod holds;
-mod noise;
 mod passages;
 mod perturb;
 mod placement;

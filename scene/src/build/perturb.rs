@@ -3,7 +3,7 @@
 use selvedge_integrator::State;
 
 use super::BuiltScene;
-use super::noise::Noise;
+use crate::random::SplitMix;
 
 impl BuiltScene {
     /// Moves every point of the cloth at the start by a random displacement of
@@ -50,7 +50,7 @@ impl BuiltScene {
         let Some((size, seed)) = self.perturbation else {
             return Vec::new();
         };
-        let mut noise = Noise(seed);
+        let mut noise = SplitMix(seed);
         let order = &self.geometry.order.new_of_old;
         let mut out = vec![[0.0; 3]; order.len()];
         for new in order {

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
+use crate::friction::inverse_masses;
 use crate::friction::pair_friction;
-use crate::source::self_contact::inverse_masses;
 use crate::{Body, Friction};
 
 /// Friction of cloth with bodies: the model and the coefficients of pairs.

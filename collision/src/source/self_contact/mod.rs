@@ -19,7 +19,7 @@ use super::envelope::Envelope;
 use super::side::Meeting;
 use super::{CHUNK, ContactSource, StepStart, check_margin, check_point, check_step, in_order};
 use crate::error::check_length;
-use crate::friction::common_coefficient;
+use crate::friction::{common_coefficient, inverse_masses};
 use crate::proximity::check_positions;
 use crate::vec3::{combine, point, sub, tangential};
 use crate::{
@@ -513,18 +513,4 @@ impl ContactSource for SelfContact {
             + size_of::<LaggedContact>() * self.lagged.capacity()
             + tasks
     }
-}
-
-/// Zero for a point that does not move, or has no mass to speak of.
-pub(in crate::source) fn inverse_masses(masses: &[f64]) -> Vec<f64> {
-    masses
-        .iter()
-        .map(|m| {
-            if *m > 0.0 && m.is_finite() {
-                1.0 / m
-            } else {
-                0.0
-            }
-        })
-        .collect()
 }

@@ -9,13 +9,13 @@ use selvedge_yarn_model::YarnNetwork;
 use super::Part;
 use super::pieces::{add_mesh, add_pattern, add_sheet};
 use crate::build::apart;
-use crate::build::noise::Noise;
 use crate::build::sewn::{Sewn, held_labels};
 use crate::build::system::broad_phase;
 use crate::build::yarns;
 use crate::diagnostic::Diagnostics;
 use crate::file::model::{Cloth, ClothShape};
 use crate::file::{Parsed, SceneFile};
+use crate::random::SplitMix;
 
 /// Arrays under construction, in the scene's order.
 #[derive(Default)]
@@ -196,7 +196,7 @@ fn fabric_index(scene: &SceneFile, name: &str, draft: &mut Draft) -> Result<u16,
 /// Stretch, noise, rotation and translation of a piece.
 fn place(cloth: &Cloth, start: u32, draft: &mut Draft) {
     let r = cloth.rotation.matrix();
-    let mut noise = Noise(cloth.noise_seed);
+    let mut noise = SplitMix(cloth.noise_seed);
     for p in &mut draft.positions[start as usize..] {
         let s = p.map(|x| cloth.stretch * x);
         *p = std::array::from_fn(|i| {
