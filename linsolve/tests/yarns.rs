@@ -366,3 +366,61 @@ fn parts_do_not_matter() {
     assert!(report.converged() && report.iterations < 60, "{report:?}");
     assert!(one == of(2).0 && one == of(4).0);
 }
+
+/// Where the pivots of stiff nets fail, what the factor drops is compensated: no
+/// shift, few iterations (by shifts alone 99 and more than 200), and the same bits
+/// for any number of threads.
+#[rstest]
+fn dropped_fill_is_compensated(#[values((1e6, 16), (1e7, 24))] (stiffness, most): (f64, usize)) {
+    let net = Net::crossing(30, 150);
+    let mut random = Random(23);
+    let a = net.matrix::<f64>(&mut random, 1.0, stiffness);
+    let b = random.vector(5 * net.points);
+    let of = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+        pool.expect("pool").install(|| {
+            let mut p = NodeIc::<f64>::default();
+            p.update(&a, &NoFilter).expect("definite");
+            let shift = p.shift();
+            let (x, report) = solve(&a, Box::new(p), &b, &BlockFilter::new(), 1e-2);
+            (x, report, shift)
+        })
+    };
+    let (one, report, shift) = of(1);
+    println!("{stiffness:e}: shift {shift:e}, {report:?}");
+    assert!(
+        report.converged() && report.iterations <= most,
+        "{report:?}"
+    );
+    assert_eq!(shift, 0.0);
+    assert!(one == of(2).0 && one == of(4).0);
+}
+
+/// Arc lengths in another unit: the same numbers in that unit, to the bit, also where
+/// what is dropped is compensated.
+#[test]
+fn units_of_scalars_do_not_matter() {
+    let net = Net::crossing(30, 150);
+    let mut random = Random(23);
+    let a = net.matrix::<f64>(&mut random, 1.0, 1e6);
+    let mut scaled = a.clone();
+    let unit = 1024.0;
+    let (_, couplings, scalars) = scaled.values_mut();
+    couplings.iter_mut().for_each(|v| *v *= unit);
+    scalars.iter_mut().for_each(|v| *v *= unit * unit);
+    let r = random.vector(5 * net.points);
+    let of = |a: &BorderedMatrix<f64>, r: &[f64]| {
+        let mut p = NodeIc::<f64>::default();
+        p.update(a, &NoFilter).expect("definite");
+        let mut z = vec![0.0; r.len()];
+        p.apply(a, r, &mut z);
+        z
+    };
+    let in_unit = |v: &[f64], unit: f64| {
+        let (points, scalars) = v.split_at(3 * net.points);
+        let scalars = scalars.iter().map(|v| v * unit);
+        points.iter().copied().chain(scalars).collect::<Vec<_>>()
+    };
+    let z = of(&scaled, &in_unit(&r, unit));
+    assert_eq!(of(&a, &r), in_unit(&z, unit));
+}

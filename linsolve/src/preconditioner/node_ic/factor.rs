@@ -1,6 +1,10 @@
 //! Numbers of the factor, row by row.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::compensate::add_packed;
 use super::dense;
+use super::dropped::Dropped;
 use super::plan::Plan;
 use crate::{BlockFilter, BorderPattern, Bsr, Real};
 
@@ -19,23 +23,47 @@ pub(super) struct Source<'a, T: Real> {
     pub held: &'a [bool],
     /// Diagonal shift, relative.
     pub shift: f64,
+    pub beyond: Beyond<'a, T>,
+    /// A pivot failed: the parts beside it need not go on.
+    pub failed: AtomicBool,
+}
+
+/// What becomes of fill beyond the plan.
+#[derive(Clone, Copy)]
+pub(super) enum Beyond<'a, T> {
+    Ignored,
+    /// Summed up into compensations.
+    Gathered(&'a Dropped),
+    /// Made up for by these sums.
+    Compensated(&'a Dropped, &'a [T]),
 }
 
 /// The row at hand, in double precision.
 #[derive(Default)]
-struct Row {
-    blocks: Vec<f64>,
+pub(super) struct Row {
+    pub blocks: Vec<f64>,
     /// First value of the block in every column + 1, 0 where there is none.
-    at: Vec<u32>,
-    diagonal: Vec<f64>,
-    scale: Vec<f64>,
-    inverse: Vec<f64>,
+    pub at: Vec<u32>,
+    pub diagonal: Vec<f64>,
+    pub scale: Vec<f64>,
+    pub inverse: Vec<f64>,
+    pub lost: Vec<f64>,
+    /// Square roots of the diagonals of the row and of a column.
+    pub units: [Vec<f64>; 2],
+    pub roots: [Vec<f64>; 2],
+    pub gram: Vec<f64>,
 }
 
 impl<T: Real> Source<'_, T> {
-    /// Factors a part of the plan; `values` are its rows'. False when a pivot
-    /// is not positive.
-    pub(super) fn part(&self, index: usize, values: &mut [T]) -> bool {
+    /// Factors all parts; see [`part`](Self::part).
+    pub(super) fn whole(&self, values: &mut [T], sums: &mut [T]) -> bool {
+        self.failed.store(false, Ordering::Relaxed);
+        self.part(self.plan.parts.len() - 1, values, sums)
+    }
+
+    /// Factors a part of the plan; `values` are its rows', and so are the sums to
+    /// gather, if any. False when a pivot is not positive.
+    fn part(&self, index: usize, values: &mut [T], sums: &mut [T]) -> bool {
         let plan = self.plan;
         let part = plan.parts[index];
         let origin = plan.values[part.start as usize] as usize;
@@ -44,7 +72,15 @@ impl<T: Real> Source<'_, T> {
             let cut = plan.values[plan.parts[right].start as usize] as usize - origin;
             let own = plan.values[part.own as usize] as usize - origin;
             let (a, b) = values[..own].split_at_mut(cut);
-            let (a, b) = rayon::join(|| self.part(left, a), || self.part(right, b));
+            let (of_a, of_b) = match self.beyond {
+                Beyond::Gathered(dropped) => {
+                    let [start, cut, own] = [part.start, plan.parts[right].start, part.own]
+                        .map(|place| dropped.first(place as usize));
+                    sums[..own - start].split_at_mut(cut - start)
+                }
+                _ => (&mut [][..], &mut [][..]),
+            };
+            let (a, b) = rayon::join(|| self.part(left, a, of_a), || self.part(right, b, of_b));
             if !(a && b) {
                 return false;
             }
@@ -53,10 +89,23 @@ impl<T: Real> Source<'_, T> {
             at: vec![0; (part.end - part.start) as usize],
             ..Row::default()
         };
-        (part.own as usize..part.end as usize).all(|i| {
+        let whole = (part.own as usize..part.end as usize).all(|i| {
+            if self.failed.load(Ordering::Relaxed) {
+                return false;
+            }
             let (done, rest) = values.split_at_mut(plan.values[i] as usize - origin);
-            self.row(i, (part.start as usize, origin), done, rest, &mut row)
-        })
+            self.row(
+                i,
+                (part.start as usize, origin),
+                (done, rest),
+                sums,
+                &mut row,
+            )
+        });
+        if !whole {
+            self.failed.store(true, Ordering::Relaxed);
+        }
+        whole
     }
 
     /// Row `i` from those before it, which begin at a place and a value.
@@ -64,8 +113,8 @@ impl<T: Real> Source<'_, T> {
         &self,
         i: usize,
         (start, origin): (usize, usize),
-        done: &[T],
-        out: &mut [T],
+        (done, out): (&[T], &mut [T]),
+        sums: &mut [T],
         row: &mut Row,
     ) -> bool {
         let plan = self.plan;
@@ -87,23 +136,20 @@ impl<T: Real> Source<'_, T> {
         for k in 0..m {
             row.diagonal[k * m + k] += self.shift * row.scale[k];
         }
+        if let Beyond::Compensated(dropped, sums) = self.beyond {
+            add_packed(&mut row.diagonal, m, &sums[dropped.sums(i, 0)]);
+        }
         for &k in columns {
             let k = k as usize;
             let n = plan.size(k);
             let (before, rest) = row.blocks.split_at_mut(row.at[k - start] as usize - 1);
             let target = &mut rest[..m * n];
-            let mut from = plan.values[k] as usize - origin;
-            for &c in plan.row(k) {
-                let size = plan.size(c as usize);
-                let to = from + n * size;
-                if let Some(at) = (row.at[c as usize - start] as usize).checked_sub(1) {
-                    let own = &before[at..at + m * size];
-                    dense::subtract_product(target, own, &done[from..to], (m, n, size));
-                }
-                from = to;
-            }
-            dense::right_solve(target, &done[from..from + n * (n + 1) / 2], m, n);
+            let inverse = self.eliminate(k, (start, origin), done, (before, &row.at), target);
+            dense::right_solve(target, inverse, m, n);
             dense::subtract_product(&mut row.diagonal, target, target, (m, m, n));
+        }
+        if let Beyond::Gathered(dropped) = self.beyond {
+            self.gather(i, (start, origin), done, dropped, sums, row);
         }
         for &k in columns {
             row.at[k as usize - start] = 0;
@@ -117,6 +163,33 @@ impl<T: Real> Source<'_, T> {
             *out = T::from_f64(v);
         }
         true
+    }
+
+    /// `target −= Σ_c L_ic L_kcᵀ` of a row `i` that is known before column `k`, with
+    /// the places of its blocks. The packed inverse of `L_kk`.
+    #[inline(always)]
+    pub(super) fn eliminate<'d>(
+        &self,
+        k: usize,
+        (start, origin): (usize, usize),
+        done: &'d [T],
+        (before, places): (&[f64], &[u32]),
+        target: &mut [f64],
+    ) -> &'d [T] {
+        let plan = self.plan;
+        let n = plan.size(k);
+        let m = target.len() / n;
+        let mut from = plan.values[k] as usize - origin;
+        for &c in plan.row(k) {
+            let size = plan.size(c as usize);
+            let to = from + n * size;
+            if let Some(at) = (places[c as usize - start] as usize).checked_sub(1) {
+                let own = &before[at..at + m * size];
+                dense::subtract_product(target, own, &done[from..to], (m, n, size));
+            }
+            from = to;
+        }
+        &done[from..from + n * (n + 1) / 2]
     }
 
     /// Row `i` of `S A S + m̄ (I − S)`.

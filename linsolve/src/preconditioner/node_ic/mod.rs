@@ -1,15 +1,17 @@
 //! Incomplete Cholesky by blocks of points with their scalars.
 
+mod compensate;
 mod dense;
+mod dropped;
 mod factor;
 mod parts;
 mod plan;
 mod sweep;
 
-use super::block_ic::LAST_SHIFT;
 use super::{Preconditioner, diagonal::positive_inverse, filtered_diagonal};
 use crate::{ExplicitOperator, Filter, LinearOperator, LinsolveError, Real};
-use factor::{Source, held};
+use dropped::Dropped;
+use factor::{Beyond, Source, held};
 use plan::Plan;
 use sweep::Sweep;
 
@@ -29,13 +31,26 @@ use sweep::Sweep;
 /// dropped then spoils pivots, and the shift that mends them outweighs mass and
 /// bending: on a knit in steps of 1 ms, levels 0 and 1 need shifts of 1e-2, level 2
 /// of 2.5e-4 or none. Garments of fine stiff yarn, whose rods lie in separators,
-/// need up to 2e-3.
+/// would need up to 2e-3.
 ///
-/// Diagonal blocks are complete, off-diagonal blocks of contacts are ignored.
-/// A pivot that is not above `1e-12 A_kk` restarts with the diagonal shift
-/// `s |A_kk|`, `s = 2.5e-4` and doubling; where the order is divided, that is the
-/// first try. The filter enters as `S_i A_ij S_j` and `m̄ (I − S_i)` on the diagonal;
-/// fixed scalars get `m̄`.
+/// The first try has no shift; where the order is divided, one of `2.5e-4 |A_kk|`.
+/// When a pivot is not above `1e-12 A_kk`, what is dropped gets compensated (Ajiz and
+/// Jennings, Int. J. Numer. Meth. Engng 20 (1984), by blocks): a dropped block `F` of
+/// row `i` and column `j`, scaled by the diagonals to `F̂`, adds
+///
+/// ```text
+/// (F̂ F̂ᵀ)^½ to D_i ,    (F̂ᵀ F̂)^½ to D_j ,
+/// ```
+/// and what is factored is the matrix with something semidefinite added that is as
+/// directed as the stiffness that is lost. Rows come one after the other and `D_j` long
+/// before `i`, so a first factorisation, with the shift of the first try or a larger one,
+/// gathers the sums, and a second uses them. Blocks of the first level beyond the pattern
+/// count alone: those further out are smaller and cost more than they bring. Should a pivot
+/// fail still, there are shifts from 6.25e-5 on, doubling, and above 2e-3 shifts alone.
+///
+/// Diagonal blocks are complete, off-diagonal blocks of contacts are ignored. The
+/// filter enters as `S_i A_ij S_j` and `m̄ (I − S_i)` on the diagonal; fixed scalars
+/// get `m̄`.
 ///
 /// Rows are eliminated in double precision and kept in `T`. The points' order is
 /// divided where little separates (between the panels of a garment), into parts
@@ -56,6 +71,10 @@ pub struct NodeIc<T> {
     /// Current vector, node by node.
     vector: Vec<T>,
     shift: f64,
+    /// What is dropped of the first level beyond, and what makes up for it; from the
+    /// first failure on.
+    dropped: Option<Dropped>,
+    compensation: Vec<T>,
     blocks: Vec<[f64; 9]>,
     scalars: Vec<f64>,
 }
@@ -65,6 +84,11 @@ const LEVEL: usize = 2;
 /// Shift after one of 0, and the first one where the order is divided: what separates
 /// loses most by what is dropped. Iterations grow with its square root.
 const FIRST_SHIFT: f64 = 2.5e-4;
+
+/// First shift of a compensated factor that fails.
+const COMPENSATED_SHIFT: f64 = FIRST_SHIFT / 4.0;
+/// Where compensation needs more than this, shifts alone do as well.
+const LAST_COMPENSATED: f64 = 8.0 * FIRST_SHIFT;
 
 impl<T: Real> Default for NodeIc<T> {
     fn default() -> Self {
@@ -84,6 +108,8 @@ impl<T: Real> NodeIc<T> {
             scalar_inverse: Vec::new(),
             vector: Vec::new(),
             shift: 0.0,
+            dropped: None,
+            compensation: Vec::new(),
             blocks: Vec::new(),
             scalars: Vec::new(),
         }
@@ -118,9 +144,9 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
             self.pattern = Some(pattern);
             let values = self.plan.values.last().map_or(0, |&n| n as usize);
             self.factor = vec![T::ZERO; values];
+            self.dropped = None;
         }
         let held = held(&self.plan, filter.as_blocks());
-        let whole = self.plan.parts.len() - 1;
         let mut source = Source {
             plan: &self.plan,
             points,
@@ -130,16 +156,19 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
             scalars: &self.scalars,
             filter: filter.as_blocks(),
             held: &held,
-            shift: if whole == 0 { 0.0 } else { FIRST_SHIFT },
+            shift: if self.plan.parts.len() == 1 {
+                0.0
+            } else {
+                FIRST_SHIFT
+            },
+            beyond: Beyond::Ignored,
+            failed: false.into(),
         };
-        while !source.part(whole, &mut self.factor) {
-            source.shift = (2.0 * source.shift).max(FIRST_SHIFT);
-            if source.shift > LAST_SHIFT {
-                return Err(LinsolveError::ShiftExhausted {
-                    method: "node-ic",
-                    shift: LAST_SHIFT,
-                });
-            }
+        if !source.whole(&mut self.factor, &mut []) {
+            let dropped: &Dropped = self.dropped.get_or_insert_with(|| {
+                Dropped::new(&self.plan, points.pattern(), border, self.level)
+            });
+            source.compensate(dropped, &mut self.factor, &mut self.compensation)?;
         }
         self.shift = source.shift;
         self.scalar_inverse.clear();
@@ -174,8 +203,17 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
     }
 
     fn heap_bytes(&self) -> usize {
-        let of_t = self.factor.capacity() + self.scalar_inverse.capacity() + self.vector.capacity();
+        let of_t = [
+            &self.factor,
+            &self.scalar_inverse,
+            &self.vector,
+            &self.compensation,
+        ];
+        let of_t: usize = of_t.iter().map(|v| v.capacity()).sum();
         let of_f64 = self.scalars.capacity() + 9 * self.blocks.capacity();
-        size_of::<T>() * of_t + 8 * of_f64 + self.plan.heap_bytes()
+        size_of::<T>() * of_t
+            + 8 * of_f64
+            + self.plan.heap_bytes()
+            + self.dropped.as_ref().map_or(0, Dropped::heap_bytes)
     }
 }

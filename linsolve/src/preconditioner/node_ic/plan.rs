@@ -1,5 +1,6 @@
 //! Order of elimination, and where the blocks of a factor lie.
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::parts::{Part, dissect};
@@ -45,8 +46,6 @@ impl Plan {
             places,
             parts,
             first: vec![0],
-            starts: vec![0],
-            values: vec![0],
             ..Self::default()
         };
         let mut at = 0;
@@ -56,8 +55,29 @@ impl Plan {
             plan.first.push(at);
             plan.scalars.push(owned.start as u32);
         }
-        plan.fill(&adjacent, level);
-        plan
+        let mut columns = Vec::new();
+        let (mut starts, mut values) = (vec![0], vec![0]);
+        let counted = |n: usize| u32::try_from(n).expect("fewer than 2^32 values");
+        let mut length = 0usize;
+        fill(&adjacent, &plan, level, |i, row| {
+            let size = plan.size(i);
+            columns.extend(row.iter().map(|&(k, _)| k));
+            length += size
+                * row
+                    .iter()
+                    .map(|&(k, _)| plan.size(k as usize))
+                    .sum::<usize>();
+            length += size * (size + 1) / 2;
+            starts.push(counted(columns.len()));
+            values.push(counted(length));
+        });
+        columns.shrink_to_fit();
+        Self {
+            columns,
+            starts,
+            values,
+            ..plan
+        }
     }
 
     /// Unknowns of a place.
@@ -80,52 +100,6 @@ impl Plan {
         &self.columns[self.starts[place] as usize..self.starts[place + 1] as usize]
     }
 
-    /// The rows with their levels of fill.
-    fn fill(&mut self, adjacent: &[Vec<u32>], level: usize) {
-        let n = adjacent.len();
-        // strictly lower blocks by columns with their levels, as far as known
-        let mut below: Vec<Vec<(u32, u32)>> = vec![Vec::new(); n];
-        let mut of = vec![u32::MAX; n];
-        let level = level.try_into().unwrap_or(u32::MAX - 1);
-        let mut values = 0usize;
-        for i in 0..n {
-            let near = &adjacent[self.points[i] as usize];
-            let near = near.iter().map(|&q| self.places[q as usize]);
-            let mut row: std::collections::BTreeSet<u32> =
-                near.filter(|&k| (k as usize) < i).collect();
-            for &k in &row {
-                of[k as usize] = 0;
-            }
-            let mut next = row.first().copied();
-            while let Some(k) = next {
-                let above = of[k as usize];
-                if level > 0 {
-                    // rows after i are not there yet
-                    for &(j, l) in &below[k as usize] {
-                        let made = above.saturating_add(l).saturating_add(1);
-                        if made <= level && made < of[j as usize] {
-                            of[j as usize] = made;
-                            row.insert(j);
-                        }
-                    }
-                }
-                next = row.range(k + 1..).next().copied();
-            }
-            let size = self.size(i);
-            for &k in &row {
-                below[k as usize].push((i as u32, of[k as usize]));
-                of[k as usize] = u32::MAX;
-                values += size * self.size(k as usize);
-                self.columns.push(k);
-            }
-            values += size * (size + 1) / 2;
-            let counted = |n: usize| u32::try_from(n).expect("fewer than 2^32 values");
-            self.starts.push(counted(self.columns.len()));
-            self.values.push(counted(values));
-        }
-        self.columns.shrink_to_fit();
-    }
-
     pub(super) fn heap_bytes(&self) -> usize {
         let words = [
             &self.points,
@@ -141,9 +115,57 @@ impl Plan {
     }
 }
 
+/// Strictly lower blocks of every row up to a level of fill, columns ascending with
+/// their levels: by the order and the sizes of a plan.
+pub(super) fn fill(
+    adjacent: &[Vec<u32>],
+    plan: &Plan,
+    level: usize,
+    mut found: impl FnMut(usize, &[(u32, u32)]),
+) {
+    let n = adjacent.len();
+    // by columns with their levels, as far as known
+    let mut below: Vec<Vec<(u32, u32)>> = vec![Vec::new(); n];
+    let mut of = vec![u32::MAX; n];
+    let level = level.try_into().unwrap_or(u32::MAX - 1);
+    let mut row = BTreeSet::new();
+    let mut levels = Vec::new();
+    for i in 0..n {
+        let near = &adjacent[plan.points[i] as usize];
+        let near = near.iter().map(|&q| plan.places[q as usize]);
+        row.clear();
+        row.extend(near.filter(|&k| (k as usize) < i));
+        for &k in &row {
+            of[k as usize] = 0;
+        }
+        let mut next = row.first().copied();
+        while let Some(k) = next {
+            let above = of[k as usize];
+            if level > 0 {
+                // rows after i are not there yet
+                for &(j, l) in &below[k as usize] {
+                    let made = above.saturating_add(l).saturating_add(1);
+                    if made <= level && made < of[j as usize] {
+                        of[j as usize] = made;
+                        row.insert(j);
+                    }
+                }
+            }
+            next = row.range(k + 1..).next().copied();
+        }
+        levels.clear();
+        for &k in &row {
+            let l = std::mem::replace(&mut of[k as usize], u32::MAX);
+            below[k as usize].push((i as u32, l));
+            levels.push((k, l));
+        }
+        found(i, &levels);
+    }
+}
+
 /// The nodes that every node couples with, ascending: by the points' pattern,
 /// and by scalars through their owners.
-fn neighbours(points: &Pattern, border: Option<&BorderPattern>) -> Vec<Vec<u32>> {
+pub(super) fn neighbours(points: &Pattern, border: Option<&BorderPattern>) -> Vec<Vec<u32>> {
     let mut near: Vec<Vec<u32>> = (0..points.points())
         .map(|i| points.all_columns()[points.row(i)].to_vec())
         .collect();
