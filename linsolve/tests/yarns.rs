@@ -367,11 +367,11 @@ fn parts_do_not_matter() {
     assert!(one == of(2).0 && one == of(4).0);
 }
 
-/// Where the pivots of stiff nets fail, what the factor drops is compensated: no
-/// shift, few iterations (by shifts alone 99 and more than 200), and the same bits
-/// for any number of threads.
+/// Where the pivots of stiff nets fail, as with fill of one level, what the factor drops
+/// is compensated: 79 and 130 iterations (127 and 256 by shifts alone, of 1e-3), and the
+/// same bits for any number of threads.
 #[rstest]
-fn dropped_fill_is_compensated(#[values((1e6, 16), (1e7, 24))] (stiffness, most): (f64, usize)) {
+fn dropped_fill_is_compensated(#[values((1e6, 90), (1e7, 145))] (stiffness, most): (f64, usize)) {
     let net = Net::crossing(30, 150);
     let mut random = Random(23);
     let a = net.matrix::<f64>(&mut random, 1.0, stiffness);
@@ -379,7 +379,7 @@ fn dropped_fill_is_compensated(#[values((1e6, 16), (1e7, 24))] (stiffness, most)
     let of = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.expect("pool").install(|| {
-            let mut p = NodeIc::<f64>::default();
+            let mut p = NodeIc::<f64>::with_fill(1);
             p.update(&a, &NoFilter).expect("definite");
             let shift = p.shift();
             let (x, report) = solve(&a, Box::new(p), &b, &BlockFilter::new(), 1e-2);
@@ -392,7 +392,7 @@ fn dropped_fill_is_compensated(#[values((1e6, 16), (1e7, 24))] (stiffness, most)
         report.converged() && report.iterations <= most,
         "{report:?}"
     );
-    assert_eq!(shift, 0.0);
+    assert!(shift < 2e-4, "{shift:e}");
     assert!(one == of(2).0 && one == of(4).0);
 }
 
@@ -410,7 +410,7 @@ fn units_of_scalars_do_not_matter() {
     scalars.iter_mut().for_each(|v| *v *= unit * unit);
     let r = random.vector(5 * net.points);
     let of = |a: &BorderedMatrix<f64>, r: &[f64]| {
-        let mut p = NodeIc::<f64>::default();
+        let mut p = NodeIc::<f64>::with_fill(1);
         p.update(a, &NoFilter).expect("definite");
         let mut z = vec![0.0; r.len()];
         p.apply(a, r, &mut z);

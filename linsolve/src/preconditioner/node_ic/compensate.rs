@@ -7,8 +7,8 @@ use super::{COMPENSATED_SHIFT, FIRST_SHIFT, LAST_COMPENSATED};
 use crate::{LinsolveError, Real};
 
 impl<'a, T: Real> Source<'a, T> {
-    /// Factors the whole after a first try failed: gathers what is dropped into `sums`
-    /// with the shift of that try, and makes up for it. Leaves the shift that it took.
+    /// Factors the whole after all tries failed: gathers what is dropped into `sums`, from
+    /// the shift at hand on, and makes up for it. Leaves the shift that it took.
     ///
     /// # Errors
     /// [`LinsolveError::ShiftExhausted`].

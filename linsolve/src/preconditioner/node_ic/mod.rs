@@ -33,7 +33,7 @@ use sweep::Sweep;
 /// of 2.5e-4 or none. Garments of fine stiff yarn, whose rods lie in separators,
 /// would need up to 2e-3.
 ///
-/// The first try has no shift; where the order is divided, one of `2.5e-4 |A_kk|`.
+/// Tries have no shift (unless the order is divided), then one of `2.5e-4 |A_kk|`.
 /// When a pivot is not above `1e-12 A_kk`, what is dropped gets compensated (Ajiz and
 /// Jennings, Int. J. Numer. Meth. Engng 20 (1984), by blocks): a dropped block `F` of
 /// row `i` and column `j`, scaled by the diagonals to `F̂`, adds
@@ -147,6 +147,11 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
             self.dropped = None;
         }
         let held = held(&self.plan, filter.as_blocks());
+        let tries: &[f64] = if self.plan.parts.len() == 1 {
+            &[0.0, FIRST_SHIFT]
+        } else {
+            &[FIRST_SHIFT]
+        };
         let mut source = Source {
             plan: &self.plan,
             points,
@@ -156,15 +161,16 @@ impl<T: Real> Preconditioner<T> for NodeIc<T> {
             scalars: &self.scalars,
             filter: filter.as_blocks(),
             held: &held,
-            shift: if self.plan.parts.len() == 1 {
-                0.0
-            } else {
-                FIRST_SHIFT
-            },
+            shift: 0.0,
             beyond: Beyond::Ignored,
             failed: false.into(),
         };
-        if !source.whole(&mut self.factor, &mut []) {
+        let done = tries.iter().any(|&shift| {
+            source.shift = shift;
+            source.whole(&mut self.factor, &mut [])
+        });
+        if !done {
+            source.shift = tries[0];
             let dropped: &Dropped = self.dropped.get_or_insert_with(|| {
                 Dropped::new(&self.plan, points.pattern(), border, self.level)
             });
