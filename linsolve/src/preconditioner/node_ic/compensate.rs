@@ -19,21 +19,24 @@ impl<'a, T: Real> Source<'a, T> {
         sums: &'a mut Vec<T>,
     ) -> Result<(), LinsolveError> {
         self.beyond = Beyond::Gathered(dropped);
-        loop {
+        let mut gathered = false;
+        while !gathered && self.shift <= LAST_COMPENSATED {
             sums.clear();
             sums.resize(dropped.first(self.plan.points.len()), T::ZERO);
-            if self.whole(factor, sums) {
-                break;
+            gathered = self.whole(factor, sums);
+            if !gathered {
+                self.larger_shift(FIRST_SHIFT)?;
             }
-            self.larger_shift(FIRST_SHIFT)?;
         }
-        self.beyond = Beyond::Compensated(dropped, sums);
-        self.shift = 0.0;
-        while self.shift <= LAST_COMPENSATED {
-            if self.whole(factor, &mut []) {
-                return Ok(());
+        if gathered {
+            self.beyond = Beyond::Compensated(dropped, sums);
+            self.shift = 0.0;
+            while self.shift <= LAST_COMPENSATED {
+                if self.whole(factor, &mut []) {
+                    return Ok(());
+                }
+                self.larger_shift(COMPENSATED_SHIFT)?;
             }
-            self.larger_shift(COMPENSATED_SHIFT)?;
         }
         self.beyond = Beyond::Ignored;
         self.shift = 2.0 * FIRST_SHIFT;
