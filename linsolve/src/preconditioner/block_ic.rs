@@ -1,14 +1,10 @@
 //! Incomplete Cholesky without fill, by 3×3 blocks.
 
 use super::triangular::{Columns, Triangular};
-use super::{Preconditioner, diagonal::positive_inverse, filtered_diagonal};
+use super::{Preconditioner, diagonal::positive_inverse, filtered_diagonal, shift};
 use crate::small::{self, M3};
 use crate::{Bsr, ExplicitOperator, Filter, LinearOperator, LinsolveError, Pattern, Real};
 use wide::f64x4;
-
-/// First shift, relative to the diagonal, and the largest that is tried.
-pub(super) const FIRST_SHIFT: f64 = 1e-3;
-pub(super) const LAST_SHIFT: f64 = 1e6;
 
 /// Block IC(0): name `"block-ic"`.
 ///
@@ -100,13 +96,7 @@ impl<T: Real> Preconditioner<T> for BlockIc<T> {
         w.gather(stat, filter);
         self.shift = 0.0;
         while !w.factorise(self.shift) {
-            self.shift = (2.0 * self.shift).max(FIRST_SHIFT);
-            if self.shift > LAST_SHIFT {
-                return Err(LinsolveError::ShiftExhausted {
-                    method: "block-ic",
-                    shift: LAST_SHIFT,
-                });
-            }
+            self.shift = shift::larger(self.shift, shift::FIRST, "block-ic")?;
         }
         self.factor.set(&w.factor, &w.inverses);
         self.scalar_inverse.clear();

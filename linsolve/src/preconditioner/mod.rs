@@ -8,6 +8,7 @@ mod multigrid;
 mod node_ic;
 mod node_jacobi;
 mod scalar_ic;
+mod shift;
 mod stiffness;
 mod triangular;
 

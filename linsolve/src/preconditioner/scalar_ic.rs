@@ -1,7 +1,6 @@
 //! Incomplete Cholesky without fill, by scalars.
 
-use super::block_ic::{FIRST_SHIFT, LAST_SHIFT};
-use super::{Preconditioner, filtered_diagonal};
+use super::{Preconditioner, filtered_diagonal, shift};
 use crate::{ExplicitOperator, Filter, LinearOperator, LinsolveError, Real, small};
 
 /// Scalar IC(0) on the entries that are not exactly zero: name `"ic"`.
@@ -134,13 +133,7 @@ impl<T: Real> Preconditioner<T> for ScalarIc<T> {
         self.gather(a, filter);
         self.shift = 0.0;
         while !self.factorise() {
-            self.shift = (2.0 * self.shift).max(FIRST_SHIFT);
-            if self.shift > LAST_SHIFT {
-                return Err(LinsolveError::ShiftExhausted {
-                    method: "ic",
-                    shift: LAST_SHIFT,
-                });
-            }
+            self.shift = shift::larger(self.shift, shift::FIRST, "ic")?;
         }
         Ok(())
     }

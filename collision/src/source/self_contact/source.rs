@@ -98,17 +98,13 @@ impl ContactSource for SelfContact {
     ) -> Result<f64, CollisionError> {
         check_point(at, self.pairs.mesh.points())?;
         let (mut energy, mut deepest, mut active) = (0.0, 0.0_f64, 0);
-        let count = self.pairs.candidates.len();
-        let Self {
-            pairs,
-            moves,
+        let Sweep {
+            pass,
             near,
             tasks,
+            count,
             ..
-        } = self;
-        let moves = moves.from_start(&pairs.bounds, count, at.q_start, at.q);
-        let pass = Pass::new(pairs, at, curvature).with_moves(moves);
-        let near = moves.map(|moves| list_near(&pass, moves, count, near, tasks));
+        } = self.sweep(at, curvature);
         in_order(
             count.div_ceil(CHUNK),
             tasks,
@@ -155,23 +151,18 @@ impl ContactSource for SelfContact {
         if check_point(at, self.pairs.mesh.points()).is_err() {
             return;
         }
-        let count = self.pairs.candidates.len();
-        let Self {
-            pairs,
-            moves,
+        let Sweep {
+            pass,
             near,
             tasks,
-            spare: memory,
-            ..
-        } = self;
-        let moves = moves.from_start(&pairs.bounds, count, at.q_start, at.q);
-        let pass = Pass::new(pairs, at, false).with_moves(moves);
-        let listed = moves.map(|moves| list_near(&pass, moves, count, near, tasks));
+            memory,
+            count,
+        } = self.sweep(at, false);
         memory.clear();
         in_order(
             count.div_ceil(CHUNK),
             tasks,
-            |i, task| pass.remember(of_chunk(i, count, listed), task),
+            |i, task| pass.remember(of_chunk(i, count, near), task),
             |task| memory.append(&mut task.memory),
         );
         self.near.clear();
@@ -245,7 +236,34 @@ impl ContactSource for SelfContact {
     }
 }
 
+/// What a pass over the candidates works with.
+struct Sweep<'a> {
+    pass: Pass<'a>,
+    /// Those that may be in contact, where bounds tell.
+    near: Option<&'a Near>,
+    tasks: &'a mut Vec<Task>,
+    /// Room for the memory of the next step.
+    memory: &'a mut Memory,
+    /// Number of all candidates.
+    count: usize,
+}
+
 impl SelfContact {
+    fn sweep<'a>(&'a mut self, at: &'a EvalPoint<'_>, curvature: bool) -> Sweep<'a> {
+        let count = self.pairs.candidates.len();
+        let moves = &mut self.moves;
+        let moves = moves.from_start(&self.pairs.bounds, count, at.q_start, at.q);
+        let pass = Pass::new(&self.pairs, at, curvature).with_moves(moves);
+        let (near, tasks) = (&mut self.near, &mut self.tasks);
+        Sweep {
+            near: moves.map(|moves| list_near(&pass, moves, count, near, tasks)),
+            pass,
+            tasks,
+            memory: &mut self.spare,
+            count,
+        }
+    }
+
     /// Finds all pairs that come into contact while the skin holds.
     fn search_skin(&mut self) -> Result<(), CollisionError> {
         let reach = self.pairs.potential.thickness() + 2.0 * self.skin.radius();

@@ -1,6 +1,6 @@
 //! A factorisation that makes up for the fill it drops.
 
-use super::super::block_ic::LAST_SHIFT;
+use super::super::shift;
 use super::dropped::{Dropped, roots};
 use super::factor::{Beyond, Row, Source};
 use super::{COMPENSATED_SHIFT, FIRST_SHIFT, LAST_COMPENSATED};
@@ -46,15 +46,9 @@ impl<'a, T: Real> Source<'a, T> {
         Ok(())
     }
 
-    /// Twice the shift, and `least` after none.
-    fn larger_shift(&mut self, least: f64) -> Result<(), LinsolveError> {
-        self.shift = (2.0 * self.shift).max(least);
-        if self.shift > LAST_SHIFT {
-            return Err(LinsolveError::ShiftExhausted {
-                method: "node-ic",
-                shift: LAST_SHIFT,
-            });
-        }
+    /// Twice the shift, and `first` after none.
+    fn larger_shift(&mut self, first: f64) -> Result<(), LinsolveError> {
+        self.shift = shift::larger(self.shift, first, "node-ic")?;
         Ok(())
     }
 
