@@ -9,7 +9,7 @@
 # tables to make, for example ONLY="matrix precision", and SPLITTINGS the columns of
 # Table 1. ONLY="stack" makes Table 8; ONLY="garments" makes Table 7 on the sewing
 # patterns of GARMENTS, a folder with garments/*.json and bodies/*.obj, with edges of
-# EDGE metres (0.02). ONLY="yarns" makes those of cloth of yarns.
+# EDGE metres (0.02), on THREADS threads (1; wall time with more). ONLY="yarns" makes those of cloth of yarns.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 selvedge=${SELVEDGE:-target/release/selvedge}
@@ -55,8 +55,11 @@ stack() { # NAME SHEETS OPTIONS...
 }
 
 garment() { # NAME BODY
-    local name=$1 edge=${EDGE:-0.02} folder
+    local name=$1 edge=${EDGE:-0.02} threads=${THREADS:-1} time=cpu folder
     folder=out/studies/garment-$name-$edge
+    if test "$threads" -gt 1; then
+        time=wall folder=$folder-$threads-threads
+    fi
     local base=${GARMENTS:?a folder with garments/*.json and bodies/*.obj}
     mkdir -p out/studies
     cat > "out/studies/$name-$edge.toml" <<EOF
@@ -81,12 +84,10 @@ kind = "mesh"
 file = "$(realpath "$base")/bodies/$2.obj"
 EOF
     # shellcheck disable=SC2086
-    "$selvedge" study "out/studies/$name-$edge.toml" --time cpu --resume --jobs "${JOBS:-1}" --plain-reference \
-        --set assembly.threads=1 --vary "$features" ${STUDY_OPTIONS:-} -o "$folder"
-    case $edge in
-    0.02) keep "garment-$name" "$folder" ;;
-    *) keep "garment-$name-$edge" "$folder" ;;
-    esac
+    "$selvedge" study "out/studies/$name-$edge.toml" --time $time --resume --jobs "${JOBS:-1}" --plain-reference \
+        --set "assembly.threads=$threads" --vary "$features" ${STUDY_OPTIONS:-} -o "$folder"
+    local kept=${folder#out/studies/}
+    keep "${kept/-0.02/}" "$folder"
 }
 
 yarns() { # SCENE DURATION STEPS

@@ -80,6 +80,7 @@ impl Executor for InProcess<'_> {
             whole.figures.wall_s.extend(run.figures.wall_s);
             whole.figures.cpu_s.extend(run.figures.cpu_s);
             whole.figures.drape_cpu_s.extend(run.figures.drape_cpu_s);
+            whole.figures.drape_wall_s.extend(run.figures.drape_wall_s);
         }
         first.ok_or(Halt::Interrupted)
     }

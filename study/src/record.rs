@@ -60,6 +60,9 @@ pub struct Figures {
     /// The same without sewing: of the drape alone \[s\].
     #[serde(default)]
     pub drape_cpu_s: Vec<f64>,
+    /// Wall time of the drape alone \[s\].
+    #[serde(default)]
+    pub drape_wall_s: Vec<f64>,
     /// Worker threads.
     pub threads: usize,
     /// Simulated time \[s\].
@@ -106,6 +109,7 @@ impl Figures {
             wall_s: vec![s.wall_s],
             cpu_s: vec![s.cpu_s],
             drape_cpu_s: vec![s.cpu_s - s.assembly.iter().map(|a| a.cpu_s).sum::<f64>()],
+            drape_wall_s: vec![s.wall_s - s.assembly.iter().map(|a| a.wall_s).sum::<f64>()],
             threads: s.threads,
             simulated_s: s.simulated_s,
             steps: s.steps,
@@ -136,6 +140,7 @@ impl Figures {
             wall_s: Vec::new(),
             cpu_s: Vec::new(),
             drape_cpu_s: Vec::new(),
+            drape_wall_s: Vec::new(),
             threads: 0,
             simulated_s: 0.0,
             steps: 0,

@@ -111,6 +111,10 @@ fn cells(
         "cpu_drape_median_s",
         number(median(&times(|f| &f.drape_cpu_s))),
     );
+    add(
+        "wall_drape_median_s",
+        number(median(&times(|f| &f.drape_wall_s))),
+    );
     add("repeats", wall.len().to_string());
     let v = row.distances.and_then(|d| d.vertices);
     add("mean_m", number(v.map(|v| v.mean_m)));

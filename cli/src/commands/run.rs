@@ -209,7 +209,9 @@ fn simulate(
         };
         return accuracy::within(&parsed, &scene_text, &directory, target, resume, json);
     }
-    let built = BuiltScene::new(parsed)?;
+    let mut reporter = Reporter::new(json);
+    let built = BuiltScene::watched(parsed, &mut reporter);
+    let built = built.inspect_err(|_| reporter.finish())?;
     if !built.warnings.is_empty() && !json {
         print_findings(&built.warnings);
     }
@@ -223,7 +225,6 @@ fn simulate(
         check_results(&directory, &[REPORT])?;
     }
     let interrupt = signals::interrupt();
-    let mut reporter = Reporter::new(json);
     let mut result = driver::run(&built, &options, &mut reporter, &interrupt);
     if resume
         && matches!(

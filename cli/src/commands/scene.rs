@@ -7,10 +7,19 @@ use crate::Failure;
 use crate::args::SceneArgs;
 use crate::failure::print_findings;
 use crate::output::{self, say};
+use crate::progress::Reporter;
+
+/// The scene, and on the way what takes its time.
+fn read(args: &SceneArgs, json: bool) -> Result<BuiltScene, Failure> {
+    let mut reporter = Reporter::new(json);
+    let built = BuiltScene::watched(file::read(&args.scene, &args.set)?, &mut reporter);
+    reporter.finish();
+    Ok(built?)
+}
 
 /// `selvedge check`
 pub fn check(args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
-    let built = BuiltScene::new(file::read(&args.scene, &args.set)?)?;
+    let built = read(args, json)?;
     // What only shows when the parts are put together.
     assemble(&built)?;
     if json {
@@ -35,7 +44,7 @@ pub fn check(args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
 
 /// `selvedge plan`
 pub fn plan(args: &SceneArgs, json: bool) -> Result<ExitCode, Failure> {
-    let built = BuiltScene::new(file::read(&args.scene, &args.set)?)?;
+    let built = read(args, json)?;
     let Built {
         simulation,
         effects,

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use super::BuiltScene;
 use super::alone::alone;
 use super::bodies::cache_folder;
-use crate::driver::{self, RunOptions, Silent};
+use crate::driver::{self, Progress, RunOptions, Tick};
 use crate::file::Parsed;
 use crate::file::model::{BodyShape, Cloth, ClothShape, IntegratorKind, Switch};
 use crate::summary::Status;
@@ -14,6 +14,20 @@ use crate::summary::Status;
 /// Changes with anything that changes the shells' shape.
 const VERSION: &str = "shells-1";
 const FINAL: &str = "final.obj";
+
+/// Tells of a run of shells by names of stages that say so.
+struct OfShells<'a>(&'a mut (dyn Progress + Send));
+
+impl Progress for OfShells<'_> {
+    fn tick(&mut self, tick: &Tick<'_>) {
+        let stage = &format!("shells, {}", tick.stage);
+        self.0.tick(&Tick { stage, ..*tick });
+    }
+
+    fn note(&mut self, text: &str) {
+        self.0.note(text);
+    }
+}
 
 /// The draped shells as an OBJ file in the cache, made if it is not there.
 ///
@@ -28,6 +42,7 @@ pub(super) fn draped(
     cloth: &Cloth,
     time: f64,
     clearance: f64,
+    progress: &mut (dyn Progress + Send),
 ) -> Result<PathBuf, String> {
     let ClothShape::KnitPattern {
         file, edge_length, ..
@@ -105,7 +120,13 @@ pub(super) fn draped(
     };
     let made = std::fs::create_dir_all(&working);
     made.map_err(|e| format!("cannot write `{}`: {e}", working.display()))?;
-    let run = driver::run(&built, &options, &mut Silent, &AtomicBool::new(false));
+    progress.note("draping the shells that the yarns are laid on; they are kept for the next time");
+    let run = driver::run(
+        &built,
+        &options,
+        &mut OfShells(progress),
+        &AtomicBool::new(false),
+    );
     let run = run.map_err(|e| match e {
         driver::RunError::Scene(findings) => told(&findings),
         other => other.to_string(),

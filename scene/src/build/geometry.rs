@@ -18,6 +18,7 @@ use super::passages::Passages;
 use super::sewn::Sewn;
 use super::yarns::YarnCloth;
 use crate::diagnostic::Diagnostics;
+use crate::driver::Progress;
 use crate::file::model::{Cloth, ClothShape, RestAngles};
 use crate::file::{Parsed, SceneFile};
 use draft::{Draft, add_cloth, part_crossed};
@@ -81,12 +82,16 @@ impl Geometry {
     ///
     /// # Errors
     /// All findings of the pieces, when one is an error.
-    pub fn new(parsed: &Parsed, warnings: &mut Diagnostics) -> Result<Self, Diagnostics> {
+    pub fn new(
+        parsed: &Parsed,
+        progress: &mut (dyn Progress + Send),
+        warnings: &mut Diagnostics,
+    ) -> Result<Self, Diagnostics> {
         let scene = &parsed.scene;
         let mut draft = Draft::default();
         let mut findings = Diagnostics::new();
         for (i, cloth) in scene.cloth.iter().enumerate() {
-            add_cloth(parsed, i, cloth, &mut draft, &mut findings);
+            add_cloth(parsed, i, cloth, progress, &mut draft, &mut findings);
         }
         if findings.has_errors() {
             return Err(findings);

@@ -36,6 +36,7 @@ use selvedge_shell_model::{
 };
 
 use crate::diagnostic::{Diagnostics, Finding};
+use crate::driver::{Progress, Silent};
 use crate::effects::EffectRow;
 use crate::file::model;
 use crate::file::{Parsed, SceneFile};
@@ -88,8 +89,20 @@ impl BuiltScene {
     /// # Errors
     /// All findings, when one is an error.
     pub fn new(parsed: Parsed) -> Result<Self, Diagnostics> {
+        Self::watched(parsed, &mut Silent)
+    }
+
+    /// [`new`](Self::new) that tells of what takes its time: shells that are draped
+    /// for yarns to be laid on.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn watched(
+        parsed: Parsed,
+        progress: &mut (dyn Progress + Send),
+    ) -> Result<Self, Diagnostics> {
         let mut warnings = parsed.warnings.clone();
-        let geometry = Geometry::new(&parsed, &mut warnings)?;
+        let geometry = Geometry::new(&parsed, progress, &mut warnings)?;
         let around = Aabb::of_points(&geometry.positions);
         let bodies = match bodies::build(&parsed, &around, &mut warnings) {
             Ok(bodies) => bodies,

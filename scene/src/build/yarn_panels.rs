@@ -10,6 +10,7 @@ use super::yarns::{
     Construction, draft_named, find_yarn, knit_options, pattern_named, relaxed_options,
 };
 use crate::diagnostic::Diagnostics;
+use crate::driver::Progress;
 use crate::file::Parsed;
 use crate::file::model::{Cloth, ClothShape, Grain, RestShape};
 use crate::file::obj::{self, Purpose};
@@ -32,6 +33,7 @@ pub(super) fn network(
     parsed: &Parsed,
     index: usize,
     cloth: &Cloth,
+    progress: &mut (dyn Progress + Send),
 ) -> Result<YarnNetwork, Diagnostics> {
     let fail = |key: &str, message: String| {
         let path = format!("cloth.{index}.{key}");
@@ -66,7 +68,7 @@ pub(super) fn network(
                 } => panels(parsed, file, *scale, *grain, &fail)?,
                 ClothShape::KnitPattern { drape_time, .. } => {
                     let clearance = 2.0 * own.radius.max(material.radius);
-                    let file = draped(parsed, cloth, *drape_time, clearance);
+                    let file = draped(parsed, cloth, *drape_time, clearance, progress);
                     let file = file.map_err(|m| fail("file", m))?;
                     panels(parsed, &file, 1.0, Grain::U, &fail)?
                 }

@@ -16,6 +16,7 @@ use selvedge_yarn_model::{
 
 use super::{rest_shape, yarn_panels};
 use crate::diagnostic::Diagnostics;
+use crate::driver::Progress;
 use crate::file::Parsed;
 use crate::file::model::{Cloth, ClothShape, RestShape, yarn_named};
 
@@ -34,6 +35,7 @@ pub(super) fn network(
     parsed: &Parsed,
     index: usize,
     cloth: &Cloth,
+    progress: &mut (dyn Progress + Send),
 ) -> Option<Result<YarnNetwork, Diagnostics>> {
     let fail = |key: &str, message: String| {
         let path = format!("cloth.{index}.{key}");
@@ -89,7 +91,7 @@ pub(super) fn network(
         ClothShape::KnitMesh { .. }
         | ClothShape::KnitPattern { .. }
         | ClothShape::WovenMesh { .. } => {
-            let network = yarn_panels::network(parsed, index, cloth);
+            let network = yarn_panels::network(parsed, index, cloth, progress);
             let settings = &parsed.scene.topology;
             let tail = settings.changes && settings.tail > 0.0;
             return Some(network.map(|n| match tail {

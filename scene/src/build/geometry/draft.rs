@@ -13,6 +13,7 @@ use crate::build::sewn::{Sewn, held_labels};
 use crate::build::system::broad_phase;
 use crate::build::yarns;
 use crate::diagnostic::Diagnostics;
+use crate::driver::Progress;
 use crate::file::model::{Cloth, ClothShape};
 use crate::file::{Parsed, SceneFile};
 use crate::random::SplitMix;
@@ -37,6 +38,7 @@ pub(super) fn add_cloth(
     parsed: &Parsed,
     index: usize,
     cloth: &Cloth,
+    progress: &mut (dyn Progress + Send),
     draft: &mut Draft,
     findings: &mut Diagnostics,
 ) {
@@ -44,7 +46,7 @@ pub(super) fn add_cloth(
     let fail = |key: &str, message: String| {
         Diagnostics::from(parsed.locations.error("scene::cloth", &path(key), message))
     };
-    if let Some(network) = yarns::network(parsed, index, cloth) {
+    if let Some(network) = yarns::network(parsed, index, cloth, progress) {
         return match network {
             Ok(network) => add_yarns(cloth, network, draft),
             Err(errors) => findings.extend(errors),
