@@ -46,7 +46,8 @@ fn user_text_is_not_markup() {
     data.scene_text = evil.into();
     data.notes = vec![evil.into()];
     data.summary = json!({ "status": evil, "reason": evil, "version": evil, evil: { evil: evil },
-        "defects": [{ "kind": evil, "at": [evil], "parts": [evil] }], "stages": { evil: 1.0 }, "error_estimate": { evil: evil },
+        "defects": [{ "kind": evil, "at": [evil], "parts": [evil] }], "stages": { evil: 1.0 }, "error": { "space": { "how": evil }, "decisions": [{ "setting": evil, "value": evil, "why": evil }],
+        "effectivity": [{ "case": evil, "value": 1.0 }] },
         "effects": [{ "name": evil, "reason": evil, "on": true }] });
     data.settings = json!({ evil: { evil: [evil] }, "plain": evil });
     data.mesh.panel_names = vec![evil.into()];

@@ -10,7 +10,7 @@ use selvedge_scene::summary::{Decision, ErrorPart, ErrorReport};
 use crate::companion::{Companion, Session, scaled_step, scaled_tolerance};
 use crate::estimator::{attempt, unknown};
 use crate::knob::{Effort, Knob, STEP, TOLERANCE, mm};
-use crate::parts::{beside_path, numerics, space_part, total};
+use crate::parts::{EFFECTIVITY, beside_path, numerics, space_part, total};
 use crate::path::path_part;
 use crate::{EstimateError, MaterialMap};
 
@@ -161,6 +161,7 @@ pub fn drape_within(
         cpu_s: session.cpu_s - before - own,
         target_m: Some(target.error),
         decisions,
+        effectivity: &EFFECTIVITY,
     };
     Ok(Within {
         met: total(&report).is_some_and(|e| e <= target.error),

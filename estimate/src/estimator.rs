@@ -6,7 +6,7 @@ use selvedge_scene::file::{SceneFile, coarser};
 use selvedge_scene::summary::{ErrorPart, ErrorReport, Status};
 
 use crate::companion::{Companion, Session, scaled_step, scaled_tolerance, surface};
-use crate::parts::{algebraic_part, space_part, time_part};
+use crate::parts::{EFFECTIVITY, algebraic_part, space_part, time_part};
 use crate::path::path_part;
 use crate::{EstimateError, MaterialMap};
 
@@ -42,6 +42,7 @@ pub fn estimate(
             cpu_s: 0.0,
             target_m: None,
             decisions: Vec::new(),
+            effectivity: &EFFECTIVITY,
         });
     }
     let own = MaterialMap::new(surface(built, &result.positions))?;
@@ -91,6 +92,7 @@ pub fn estimate(
         cpu_s: session.cpu_s - before,
         target_m: None,
         decisions: Vec::new(),
+        effectivity: &EFFECTIVITY,
     })
 }
 

@@ -40,5 +40,5 @@ pub use companion::{Companion, Session, scaled_step, scaled_tolerance};
 pub use error::EstimateError;
 pub use estimator::estimate;
 pub use material::{MaterialMap, Surface};
-pub use parts::{algebraic_part, space_part, time_part, total};
+pub use parts::{EFFECTIVITY, algebraic_part, space_part, time_part, total};
 pub use selvedge_scene::file::coarser;

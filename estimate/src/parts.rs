@@ -1,7 +1,20 @@
 //! From distances between runs to errors.
 
 use selvedge_record::compare::Distances;
-use selvedge_scene::summary::{ErrorPart, ErrorReport};
+use selvedge_scene::summary::{Effectivity, ErrorPart, ErrorReport};
+
+/// Estimates over errors on cases whose exact shape is known, as measured by the test
+/// `effectivity_on_exact_shapes`.
+pub const EFFECTIVITY: [Effectivity; 2] = [
+    Effectivity {
+        case: "hanging strip",
+        value: 1.0,
+    },
+    Effectivity {
+        case: "clamped strip",
+        value: 1.0,
+    },
+];
 
 /// Lowest and highest order believed of the mesh: below, the meshes are too
 /// coarse to tell; linear triangles have no higher one.
@@ -156,6 +169,7 @@ mod tests {
             cpu_s: 0.0,
             target_m: None,
             decisions: Vec::new(),
+            effectivity: &EFFECTIVITY,
         };
         assert_relative_eq!(total(&report).unwrap(), 5.0, epsilon = 1e-12);
         // What the path leaves of that is what the others took.

@@ -2,6 +2,9 @@
 
 use serde::Serialize;
 
+/// Name of the row of error estimates, which are made beside a run.
+pub const ESTIMATE: &str = "error estimate";
+
 /// One row of the effect plan: an effect is on because the scene calls for it,
 /// or absent.
 #[derive(Clone, Debug, PartialEq, Serialize)]

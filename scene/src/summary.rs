@@ -182,6 +182,17 @@ pub struct ErrorReport {
     /// Settings chosen to meet it.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub decisions: Vec<Decision>,
+    /// How such estimates compare with errors that are known.
+    pub effectivity: &'static [Effectivity],
+}
+
+/// An estimate over the error itself, on a case whose exact shape is known.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Effectivity {
+    /// The case.
+    pub case: &'static str,
+    /// Estimate over error [1].
+    pub value: f64,
 }
 
 /// One part of an error estimate.

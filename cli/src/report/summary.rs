@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::Value;
 
-use super::leaves::{flatten, num, row, whole};
+use super::leaves::{flatten, num, plain, row, whole};
 use super::text::{bytes, duration, escape, length, number, percent};
 
 /// Status badge and reason.
@@ -39,15 +39,52 @@ pub(super) fn origin(summary: &Value) -> String {
     format!("<p class=\"small\">{}</p>\n", texts.join(" · "))
 }
 
-/// Error estimates given part by part; a single figure is a tile.
+/// What an error estimate is made of, and the settings chosen for a wanted error.
 pub(super) fn estimates(summary: &Value) -> String {
-    let value = &summary["error_estimate"];
-    let mut rows = String::new();
-    if value.is_object() || value.is_array() {
-        flatten("", value, &mut |k, v| row(&mut rows, k, v));
+    let report = &summary["error"];
+    if !report.is_object() {
+        return String::new();
     }
-    if rows.is_empty() {
-        return rows;
+    let known = |v: &Value| num(v).map_or("not known".to_owned(), length);
+    let mut rows = String::new();
+    for (key, label) in [
+        ("space", "mesh"),
+        ("time", "steps"),
+        ("algebraic", "tolerances"),
+        ("path", "path"),
+    ] {
+        let part = &report[key];
+        let how = part["how"].as_str().unwrap_or("");
+        row(
+            &mut rows,
+            label,
+            &format!("{} · {how}", known(&part["error_m"])),
+        );
+    }
+    let total = &summary["error_estimate"];
+    row(&mut rows, "in all", &known(total));
+    if let Some(target) = num(&report["target_m"]) {
+        let met = num(total).is_some_and(|t| t <= target);
+        let within = if met { "within" } else { "not within" };
+        let text = format!("{}: {within} it", length(target));
+        row(&mut rows, "asked for", &text);
+    }
+    let list = |key: &str| report[key].as_array().map_or(&[][..], Vec::as_slice);
+    for chosen in list("decisions") {
+        let setting = chosen["setting"].as_str().unwrap_or("");
+        let why = chosen["why"].as_str().unwrap_or("");
+        let text = format!("{} · {why}", plain(&chosen["value"]));
+        row(&mut rows, setting, &text);
+    }
+    for measured in list("effectivity") {
+        let case = measured["case"].as_str().unwrap_or("");
+        if let Some(value) = num(&measured["value"]) {
+            let text = format!(
+                "{} of the error, where that is known exactly",
+                number(value)
+            );
+            row(&mut rows, &format!("such an estimate of a {case}"), &text);
+        }
     }
     format!("<table class=\"card keys\"><tbody>{rows}</tbody></table>\n")
 }
@@ -124,6 +161,7 @@ pub(super) fn further(summary: &Value) -> String {
         "schema",
         "version",
         "final_state_hash",
+        "error",
         "error_estimate",
         "assembly",
         "defects",

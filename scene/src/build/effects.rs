@@ -3,7 +3,7 @@
 use selvedge_integrator::{ScenePlan, Settings};
 
 use super::{BuiltScene, StageOptions};
-use crate::effects::EffectRow;
+use crate::effects::{ESTIMATE, EffectRow};
 use crate::file::model::{Cloth, DampingKind, FrictionModel};
 
 pub(super) fn rows(
@@ -258,7 +258,7 @@ pub(super) fn rows(
             "`topology.changes` is false",
         );
     }
-    add("error estimate", None, String::new(), "not asked for");
+    add(ESTIMATE, None, String::new(), "not asked for");
     let o = &scene.output;
     add(
         "recording",

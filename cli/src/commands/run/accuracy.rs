@@ -7,6 +7,7 @@ use std::sync::atomic::AtomicBool;
 use selvedge_estimate::{EstimateError, Session, Target, drape_within, total};
 use selvedge_scene::build::BuiltScene;
 use selvedge_scene::driver::{RunOptions, RunResult};
+use selvedge_scene::effects::{ESTIMATE, EffectRow};
 use selvedge_scene::file::Parsed;
 use selvedge_scene::summary::{ErrorPart, ErrorReport};
 use selvedge_scene::{check_results, write_summary, write_whole};
@@ -47,8 +48,7 @@ pub(super) fn estimate(
     };
     match selvedge_estimate::estimate(&mut session, built, result) {
         Ok(report) => {
-            result.summary.error_estimate = total(&report);
-            result.summary.error = Some(report);
+            add(result, report);
             Ok(write_summary(&options.directory, &result.summary)?)
         }
         Err(e @ EstimateError::Interrupted { .. }) => {
@@ -57,6 +57,22 @@ pub(super) fn estimate(
         }
         Err(e) => Err(e.into()),
     }
+}
+
+/// Adds an estimate to a run's summary.
+fn add(result: &mut RunResult, report: ErrorReport) {
+    let summary = &mut result.summary;
+    let effects = &mut summary.effects;
+    if let Some(row) = effects.iter_mut().find(|e| e.name == ESTIMATE) {
+        let reason = match report.target_m {
+            Some(target) => format!("asked for {}", millimetres(target)),
+            None => "asked for".to_owned(),
+        };
+        *row = EffectRow::on(ESTIMATE, reason, 0, 0);
+        row.seconds = report.cpu_s;
+    }
+    summary.error_estimate = total(&report);
+    summary.error = Some(report);
 }
 
 /// There while a search for settings has not come to its end.
@@ -133,10 +149,8 @@ pub(super) fn within(
             })?;
         }
     }
-    let report = &within.report;
     result.recording = result.recording.take().map(|_| directory.join("run.mcap"));
-    result.summary.error_estimate = total(report);
-    result.summary.error = Some(within.report);
+    add(result, within.report);
     write_summary(directory, &result.summary)?;
     // The same summary would otherwise stand in two places.
     let _ = std::fs::remove_dir_all(&from);
