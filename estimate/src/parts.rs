@@ -8,10 +8,10 @@ use selvedge_scene::summary::{Effectivity, ErrorPart, ErrorReport};
 pub const EFFECTIVITY: [Effectivity; 2] = [
     Effectivity {
         case: "hanging strip",
-        value: 1.0,
+        value: 8.95,
     },
     Effectivity {
-        case: "clamped strip",
+        case: "falling square",
         value: 1.0,
     },
 ];
