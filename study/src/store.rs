@@ -22,6 +22,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use selvedge_scene::watchdog::Dump;
+
 use crate::StudyError;
 use crate::plan::{Plan, Point, STUDY_SCHEMA};
 use crate::record::{Entry, Measured};
@@ -129,7 +131,7 @@ impl Store {
             Some(text) => {
                 let folder = self.folder.join(FAILED);
                 fs::create_dir_all(&folder).map_err(written(&folder))?;
-                whole(&dump, text.as_bytes())?;
+                whole(&dump, moved(text, &dump).as_bytes())?;
                 figures.reason += &format!("; the step is in {}", dump.display());
             }
             // That of an earlier try.
@@ -246,6 +248,15 @@ pub fn read_entries(folder: &Path, remarks: &mut Vec<String>) -> Result<Entries,
         }
     }
     Ok(entries)
+}
+
+/// A stopped step that names its new place.
+fn moved(text: &str, place: &Path) -> String {
+    let Ok(mut dump) = serde_json::from_str::<Dump>(text) else {
+        return text.to_owned();
+    };
+    dump.event.dump = Some(place.display().to_string());
+    serde_json::to_string_pretty(&dump).unwrap_or_else(|_| text.to_owned())
 }
 
 /// What stands between the content of a line and its digest.

@@ -260,6 +260,11 @@ fn steps_of_failed_runs_are_kept() {
     assert!(row.reason.ends_with(&place), "{}", row.reason);
     assert_eq!(row.reason.matches("the step is in").count(), 1);
     let dump = selvedge_scene::watchdog::Dump::read(&kept).unwrap();
+    assert!(selvedge_scene::watchdog::Dump::is_at(&kept));
+    assert_eq!(
+        dump.event.dump.as_deref(),
+        Some(&*kept.display().to_string())
+    );
     assert!(!dump.replay(&kept, &[]).unwrap().accepted);
     assert!(!out.join("running").exists());
     let store = Store::open(&out, &plan, Shard::WHOLE, true).unwrap();
