@@ -152,6 +152,28 @@ fn study_mistakes() {
             "--reference",
         ),
         ("--collect .", "no plan.json"),
+        (
+            "sheet.toml --vary solver.tolerance=1e-3 --time cpu --jobs 2 --executor in-process",
+            "--executor process",
+        ),
+        (
+            "--collect . --set solver.tolerance=1",
+            "cannot be used with",
+        ),
+        (
+            "--collect . --vary solver.tolerance=1",
+            "cannot be used with",
+        ),
+        ("--collect . --sample 3", "cannot be used with"),
+        ("--collect . --reference a=1", "cannot be used with"),
+        ("--collect . --plain-reference", "cannot be used with"),
+        ("--collect . --repeat 3", "cannot be used with"),
+        ("--collect . --floor 3", "cannot be used with"),
+        ("--collect . --resume", "cannot be used with"),
+        ("--collect . --jobs 2", "cannot be used with"),
+        ("--collect . --executor process", "cannot be used with"),
+        ("--collect . -o elsewhere", "cannot be used with"),
+        ("--document a.md -o b.md --repeat 2", "cannot be used with"),
         ("--document none.md -o page.md", "none.md"),
     ] {
         let (code, errors) = output(folder.path(), "", &format!("study {arguments}"));
@@ -199,11 +221,44 @@ fn study_in_parts() {
     assert!(page.contains("repeatability floor") && page.contains("<title>solver.tolerance = "));
     assert!(!page.contains("http:") && !page.contains("https:") && page.contains("default-src"));
     assert!(read("parts/study.json").contains("\"hausdorff_m\""));
+    // Of runs in a process each; runs that share one have no peak of their own.
+    assert!(!read("parts/index-1-of-2.jsonl").contains("\"peak_memory_bytes\":null"));
+    assert!(read("parts/index-0-of-2.jsonl").contains("\"peak_memory_bytes\":null"));
     // Again in the same folder only with --resume.
     let (code, errors) = output(folder.path(), "", &format!("{study} -o one"));
     assert_eq!(code, Some(2));
     assert!(errors.contains("--resume"), "{errors}");
     run(&format!("{study} -o one --resume"));
+}
+
+/// A reference that fails ends the study, in a process of its own as well: with
+/// its settings, the reason and a step that can be taken again.
+#[test]
+fn study_without_a_reference() {
+    let folder = folder();
+    let run = |arguments: &str| output(folder.path(), "", arguments);
+    let study = "study sheet.toml --set cloth.0.noise=1e-3 --set integrator.newton_iterations=1 \
+                 --set integrator.min_step=1e-4 --plain-reference --reference \
+                 integrator.newton_tolerance=1e-30 --vary solver.tolerance=1e-2,1e-1,0.5";
+    for (executor, out) in [("process", "a"), ("in-process", "b")] {
+        let (code, said) = run(&format!("{study} --executor {executor} -o {out}"));
+        assert_eq!(code, Some(1), "{said}");
+        let error = said.lines().find(|l| l.starts_with("error: ")).unwrap();
+        assert!(
+            error.contains("settings: integrator.newton_tolerance=1e-30"),
+            "{error}"
+        );
+        let index = fs::read_to_string(folder.path().join(out).join("index-0-of-1.jsonl"));
+        assert_eq!(index.unwrap().lines().count(), 1, "the reference alone");
+        let kept = fs::read_dir(folder.path().join(out).join("failed")).unwrap();
+        let kept: Vec<_> = kept.map(|e| e.unwrap().file_name()).collect();
+        let dump = format!("{out}/failed/{}", kept[0].to_string_lossy());
+        assert!(kept.len() == 1 && error.contains(&dump), "{error}");
+        assert_eq!(run(&format!("run {dump}")).0, Some(1));
+        let (code, said) = run(&format!("study --collect {out}"));
+        assert_eq!(code, Some(1));
+        assert!(said.contains(&dump), "{said}");
+    }
 }
 
 /// Hard cases: exit status, the file of reports, the nearest name, and a step
@@ -234,6 +289,14 @@ fn hard_cases_and_stopped_steps() {
     let dump = folder.path().join("out/stopped-step.json");
     assert!(dump.is_file());
     assert_eq!(run("run out/stopped-step.json").0, Some(1));
+    for option in ["--target-error 2mm", "--estimate-error", "-o x", "--resume"] {
+        let (code, said) = run(&format!("run out/stopped-step.json {option}"));
+        assert_eq!(code, Some(2), "{option}: {said}");
+        assert!(
+            said.contains("stopped step") && said.contains("leave it out"),
+            "{said}"
+        );
+    }
     let cure = "--set integrator.newton_tolerance=1e-2 --set integrator.newton_iterations=9";
     assert_eq!(run(&format!("run out/stopped-step.json {cure}")).0, Some(0));
     let (code, said) = run("run out/stopped-step.json --set solver.kid=cg");

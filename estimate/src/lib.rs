@@ -42,3 +42,7 @@ pub use estimator::estimate;
 pub use material::{MaterialMap, Surface};
 pub use parts::{EFFECTIVITY, algebraic_part, space_part, time_part, total};
 pub use selvedge_scene::file::coarser;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -29,14 +29,18 @@ pub struct Bound {
 }
 
 impl Bound {
-    /// Whether a value meets the bound; NaN never does.
+    /// Whether a value meets the bound. What is not finite was not measured, and
+    /// never does.
     pub fn holds(&self, value: f64) -> bool {
+        if !value.is_finite() {
+            return false;
+        }
         match self.is {
             Is::Below => value < self.bound,
             Is::AtMost => value <= self.bound,
             Is::AtLeast => value >= self.bound,
             Is::Equal => value == self.bound,
-            Is::Told => !value.is_nan(),
+            Is::Told => true,
         }
     }
 
@@ -174,4 +178,28 @@ pub(crate) const TOUCHES: Axes = Axes {
 /// A case that is listed and cannot be run.
 pub(crate) fn nothing(_: &Bench) -> Result<Figures, HardError> {
     Ok(Vec::new())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What was not measured holds nowhere, whatever the bound.
+    #[test]
+    fn not_measured_is_not_passed() {
+        let all = [
+            below("x", "1", 1.0),
+            at_most("x", "1", 1.0),
+            at_least("x", "1", 1.0),
+            equal("x", "1", 1.0),
+            told("x", "1"),
+        ];
+        for bound in all {
+            for value in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+                assert!(!bound.holds(value), "{bound:?}: {value}");
+            }
+        }
+        let held: Vec<bool> = all.iter().map(|b| b.holds(1.0)).collect();
+        assert_eq!(held, [false, true, true, true, true]);
+    }
 }

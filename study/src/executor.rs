@@ -8,6 +8,7 @@ use selvedge_scene::diagnostic::{Diagnostics, Severity};
 use selvedge_scene::driver::{self, Progress, RunError, RunOptions, Silent, Tick};
 use selvedge_scene::file;
 use selvedge_scene::summary::Status;
+use selvedge_scene::watchdog::DUMP;
 
 use crate::plan::Job;
 use crate::record::{Figures, Measured};
@@ -66,6 +67,26 @@ impl Executor for InProcess<'_> {
     }
 
     fn execute(&self, job: &Job, interrupt: &AtomicBool) -> Result<Measured, Halt> {
+        let mut measured = self.repeated(job, interrupt)?;
+        // Other runs share the process, before if not beside.
+        measured.figures.peak_memory_bytes = None;
+        Ok(measured)
+    }
+}
+
+impl InProcess<'_> {
+    /// One run at a time, unheard.
+    pub fn new(scratch: impl Into<PathBuf>, version: &str) -> Self {
+        Self {
+            scratch: scratch.into(),
+            version: version.to_owned(),
+            alone: true,
+            watch: None,
+        }
+    }
+
+    /// All repetitions of a job; the memory is that of the process.
+    pub(crate) fn repeated(&self, job: &Job, interrupt: &AtomicBool) -> Result<Measured, Halt> {
         let mut first: Option<Measured> = None;
         for _ in 0..job.repeats.max(1) {
             let run = self.once(job, interrupt)?;
@@ -84,24 +105,13 @@ impl Executor for InProcess<'_> {
         }
         first.ok_or(Halt::Interrupted)
     }
-}
-
-impl InProcess<'_> {
-    /// One run at a time, unheard.
-    pub fn new(scratch: impl Into<PathBuf>, version: &str) -> Self {
-        Self {
-            scratch: scratch.into(),
-            version: version.to_owned(),
-            alone: true,
-            watch: None,
-        }
-    }
 
     fn once(&self, job: &Job, interrupt: &AtomicBool) -> Result<Measured, Halt> {
         let failed = |reason: String| {
             Ok(Measured {
                 figures: Figures::failed(reason),
                 shape: None,
+                dump: None,
             })
         };
         let mut overrides = job.overrides.clone();
@@ -134,7 +144,9 @@ impl InProcess<'_> {
             None => &mut silent,
         };
         let result = driver::run(&built, &options, progress, interrupt);
-        // Only figures and shape are kept; a folder in the way shows next time.
+        let left = directory.join(DUMP);
+        let dump = std::fs::read_to_string(&left).ok();
+        // Only figures, shape and dump are kept; a folder in the way shows next time.
         let _ = std::fs::remove_dir_all(&directory);
         let result = match result {
             Ok(result) => result,
@@ -149,12 +161,21 @@ impl InProcess<'_> {
             figures.cpu_s.clear();
             figures.drape_cpu_s.clear();
         }
+        if dump.is_some() {
+            // Whoever keeps it says where.
+            let place = format!("; the step is in {}", left.display());
+            figures.reason = figures.reason.replace(&place, "");
+        }
         let whole = result.positions.iter().all(|x| x.is_finite());
         let shape = (whole && !result.positions.is_empty()).then(|| Shape {
             positions: result.positions,
             triangles: built.geometry.scene_triangles.clone(),
         });
-        Ok(Measured { figures, shape })
+        Ok(Measured {
+            figures,
+            shape,
+            dump,
+        })
     }
 }
 

@@ -1,6 +1,8 @@
 //! When two runs are the same.
 
 use selvedge_scene::file::Parsed;
+use selvedge_yarn_model::Draft;
+use selvedge_yarn_model::chart::BUILT_IN_CHARTS;
 use serde_json::Value;
 
 use crate::StudyError;
@@ -40,14 +42,18 @@ pub fn content_hash(
         }
         add(key.as_bytes());
         match value {
-            Value::String(file) if key.ends_with(".file") => {
-                let path = parsed.scene.resolve(file);
-                let contents = std::fs::read(&path).map_err(|e| StudyError::Read {
-                    path,
-                    reason: e.to_string(),
-                })?;
-                add(&contents);
-            }
+            Value::String(name) => match names(key) {
+                Names::File => add(&contents(parsed, name)?),
+                Names::FileOr(built_in) => {
+                    // The ending tells knitout files from charts.
+                    add(value.to_string().as_bytes());
+                    // One that is not there fails its run, which names it.
+                    if !built_in.contains(&name.as_str()) && parsed.scene.resolve(name).is_file() {
+                        add(&contents(parsed, name)?);
+                    }
+                }
+                Names::Nothing => add(value.to_string().as_bytes()),
+            },
             value => add(value.to_string().as_bytes()),
         }
     }
@@ -57,6 +63,36 @@ pub fn content_hash(
         add(&p.seed.to_le_bytes());
     }
     Ok(hasher.finalize().to_hex()[..32].to_owned())
+}
+
+/// What the text of a key stands for.
+enum Names {
+    /// Itself.
+    Nothing,
+    /// An input file.
+    File,
+    /// One of these built-in things, or an input file.
+    FileOr(&'static [&'static str]),
+}
+
+/// What the text of a key of [`effective`](selvedge_scene::file::SceneFile::effective)
+/// stands for.
+fn names(key: &str) -> Names {
+    match key.split('.').collect::<Vec<_>>()[..] {
+        ["cloth", _, "chart"] => Names::FileOr(&BUILT_IN_CHARTS),
+        ["cloth", _, "draft"] => Names::FileOr(&Draft::NAMES),
+        // Panels have names of their own.
+        [.., table, "file"] if !table.starts_with("panel_") => Names::File,
+        _ => Names::Nothing,
+    }
+}
+
+fn contents(parsed: &Parsed, file: &str) -> Result<Vec<u8>, StudyError> {
+    let path = parsed.scene.resolve(file);
+    std::fs::read(&path).map_err(|e| StudyError::Read {
+        path,
+        reason: e.to_string(),
+    })
 }
 
 #[cfg(test)]
@@ -109,5 +145,42 @@ mod tests {
         assert_ne!(hash(&scene, &[], false, "1"), base);
         fs::write(&mesh, OBJ).unwrap();
         assert_eq!(hash(&scene, &[], false, "1"), base);
+    }
+    /// Charts, knitout files and drafts count by their contents; what is built
+    /// in is a name, whatever lies beside the scene.
+    #[test]
+    fn charts_and_drafts_count() {
+        let folder = tempfile::tempdir().unwrap();
+        let scene = folder.path().join("a.toml");
+        let knit = "[[cloth]]\nkind = \"knit\"\nyarn = \"sweater\"\nchart = ";
+        let woven = "[[cloth]]\nkind = \"woven\"\nyarn = \"weaving\"\ndraft = ";
+        for (text, name, built_in) in [
+            (knit, "my.chart", false),
+            (knit, "my.k", false),
+            (woven, "my.draft", false),
+            (knit, "stockinette", true),
+            (woven, "plain", true),
+        ] {
+            fs::write(&scene, format!("{text}\"{name}\"\n")).unwrap();
+            let file = folder.path().join(name);
+            let with = |contents: &str| {
+                fs::write(&file, contents).unwrap();
+                hash(&scene, &[], false, "1")
+            };
+            let missing = hash(&scene, &[], false, "1");
+            let (one, two) = (with("row 1 RS: *k*\n"), with("row 1 RS: *p*\n"));
+            assert_eq!(one == two, built_in, "{name}");
+            assert_eq!(one == missing, built_in, "{name}");
+            assert_eq!(with("row 1 RS: *k*\n"), one, "{name}");
+        }
+    }
+
+    /// A panel may be called as it likes.
+    #[test]
+    fn panels_are_not_files() {
+        let all = ["cloth.0.file", "body.1.file", "fabric.x.file"];
+        assert!(all.iter().all(|k| matches!(names(k), Names::File)));
+        let panels = ["cloth.0.panel_fabric.file", "cloth.0.panel_fabric.chart"];
+        assert!(panels.iter().all(|k| matches!(names(k), Names::Nothing)));
     }
 }

@@ -1,9 +1,15 @@
 //! Which points are worth their time.
 
-/// Indices of the points that no other beats in both time and error, by
-/// increasing time. Points with an entry that is not finite are left out; of
-/// equal points the first counts.
-pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
+/// The Pareto front of times and errors: indices by increasing time.
+///
+/// Errors that differ by no more than `floor` are not told apart. The fastest
+/// point is on the front, and then every next one whose error is more than the
+/// floor below that of the one before it; so any two of them are told apart, and
+/// whatever is left out has a point of the front that is no slower and whose
+/// error is at most one floor larger. Points with an entry that is not finite
+/// are left out; of equally fast ones the most accurate counts, of equal ones
+/// the first. A floor of 0 gives the usual front.
+pub fn front(points: &[(f64, f64)], floor: f64) -> Vec<usize> {
     let mut order: Vec<usize> = (0..points.len())
         .filter(|i| points[*i].0.is_finite() && points[*i].1.is_finite())
         .collect();
@@ -15,7 +21,7 @@ pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     });
     let mut least = f64::INFINITY;
     order.retain(|&i| {
-        let better = points[i].1 < least;
+        let better = points[i].1 + floor < least;
         if better {
             least = points[i].1;
         }
@@ -64,8 +70,13 @@ mod tests {
             (f64::NAN, 0.1),
             (5.0, 2.0),
         ];
-        assert_eq!(front(&points), [1, 2, 0]);
-        assert_eq!(front(&[]), [0usize; 0]);
+        assert_eq!(front(&points, 0.0), [1, 2, 0]);
+        assert_eq!(front(&[], 0.0), [0usize; 0]);
+        // Two apart is not better, and steps of less add up.
+        assert_eq!(front(&points, 2.0), [1, 2]);
+        let stairs = [(1.0, 4.0), (2.0, 3.5), (3.0, 2.5), (4.0, 2.0), (5.0, 1.0)];
+        assert_eq!(front(&stairs, 1.0), [0, 2, 4]);
+        assert_eq!(front(&stairs, 3.0), [0]);
     }
 
     /// The corner of an L in logarithms, whatever the units; none where there

@@ -276,7 +276,7 @@ impl Plan {
 }
 
 /// Settings in one line.
-fn one_line(settings: &Overrides) -> String {
+pub(crate) fn one_line(settings: &Overrides) -> String {
     if settings.is_empty() {
         return "the scene as it is".to_owned();
     }

@@ -53,9 +53,11 @@ impl Executor for Subprocess {
         };
         let text = serde_json::to_vec(&order).unwrap_or_default();
         std::fs::create_dir_all(&self.scratch).map_err(machine)?;
-        let (figures, shape) = files(&self.scratch, job);
+        let [figures, shape, dump] = files(&self.scratch, job);
         // What an earlier process left is not the answer of this one.
-        let _ = std::fs::remove_file(&figures);
+        for file in [&figures, &shape, &dump] {
+            let _ = std::fs::remove_file(file);
+        }
         let mut child = Command::new(&self.program)
             .args(&self.arguments)
             .stdin(Stdio::piped())
@@ -71,18 +73,21 @@ impl Executor for Subprocess {
         let answer = std::fs::read(&figures).ok();
         let answer = answer.and_then(|t| serde_json::from_slice::<Figures>(&t).ok());
         let bytes = std::fs::read(&shape).ok();
-        for file in [&figures, &shape] {
+        let stopped = std::fs::read_to_string(&dump).ok();
+        for file in [&figures, &shape, &dump] {
             let _ = std::fs::remove_file(file);
         }
         Ok(match answer {
             Some(figures) => Measured {
                 figures,
                 shape: bytes.and_then(|b| Shape::from_bytes(&b)),
+                dump: stopped,
             },
             None if interrupt.load(Ordering::Relaxed) => return Err(Halt::Interrupted),
             None => Measured {
                 figures: Figures::failed(format!("its process ended with {status}")),
                 shape: None,
+                dump: None,
             },
         })
     }
@@ -104,9 +109,9 @@ fn wait(child: &mut Child, interrupt: &AtomicBool) -> Result<String, Halt> {
     }
 }
 
-fn files(scratch: &Path, job: &Job) -> (PathBuf, PathBuf) {
+fn files(scratch: &Path, job: &Job) -> [PathBuf; 3] {
     let file = |ending: &str| scratch.join(format!("{}.{ending}", job.hash));
-    (file("json"), file("shape"))
+    ["json", "shape", "step"].map(file)
 }
 
 /// The other side of a [`Subprocess`]: runs the job described by `order`, the
@@ -123,10 +128,13 @@ pub fn serve(order: &str, interrupt: &AtomicBool) -> Result<(), Halt> {
         alone: true,
         watch: None,
     };
-    let measured = executor.execute(&order.job, interrupt)?;
-    let (figures, shape) = files(&order.scratch, &order.job);
+    let measured = executor.repeated(&order.job, interrupt)?;
+    let [figures, shape, dump] = files(&order.scratch, &order.job);
     if let Some(s) = &measured.shape {
         whole(&shape, &s.to_bytes()).map_err(|e| machine(e.to_string()))?;
+    }
+    if let Some(text) = &measured.dump {
+        whole(&dump, text.as_bytes()).map_err(|e| machine(e.to_string()))?;
     }
     let text = serde_json::to_vec(&measured.figures).map_err(|e| machine(e.to_string()))?;
     whole(&figures, &text).map_err(|e| machine(e.to_string()))

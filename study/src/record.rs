@@ -91,6 +91,10 @@ pub struct Figures {
     pub stages_s: BTreeMap<String, f64>,
     /// Heap memory of the simulation itself \[bytes\].
     pub simulation_bytes: usize,
+    /// Peak resident memory of its process \[bytes\]; `None` where runs share
+    /// one, whose peak is that of the largest.
+    #[serde(default)]
+    pub peak_memory_bytes: Option<u64>,
     /// Hash of the final positions and velocities.
     pub final_state_hash: String,
 }
@@ -128,6 +132,7 @@ impl Figures {
                 .collect(),
             stages_s: s.stages.clone(),
             simulation_bytes: s.simulation_bytes,
+            peak_memory_bytes: Some(s.peak_memory_bytes),
             final_state_hash: s.final_state_hash.clone(),
         }
     }
@@ -155,6 +160,7 @@ impl Figures {
             energies_j: BTreeMap::new(),
             stages_s: BTreeMap::new(),
             simulation_bytes: 0,
+            peak_memory_bytes: None,
             final_state_hash: String::new(),
         }
     }
@@ -198,6 +204,8 @@ pub struct Measured {
     pub figures: Figures,
     /// The last shape; `None` when there is none.
     pub shape: Option<Shape>,
+    /// The step at which it failed, as the watchdog wrote it down.
+    pub dump: Option<String>,
 }
 
 /// A line of an index: a finished simulation.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::StudyError;
 use crate::metrics::{Distances, Floor, distances, energy_differences, median};
 use crate::pareto::{front, knee};
-use crate::plan::{Job, Overrides, Plan, STUDY_SCHEMA};
+use crate::plan::{Job, Overrides, Plan, STUDY_SCHEMA, one_line};
 use crate::record::{Ending, Figures};
 use crate::shape::Shape;
 use crate::store::{Entries, read_entries, read_shape};
@@ -44,7 +44,8 @@ pub struct Results {
     pub floor_runs: Vec<Row>,
     /// The points in the order of the plan.
     pub rows: Vec<Row>,
-    /// Pareto front: indices of `rows` by increasing time.
+    /// Pareto front: indices of `rows` by increasing time, each more accurate
+    /// than the one before it by more than the floor ([`crate::front`]).
     pub front: Vec<usize>,
     /// Recommended point.
     pub recommended: Option<Recommended>,
@@ -135,8 +136,9 @@ impl Results {
         })
     }
 
-    /// Time [s] and error [m] of a point for the front; errors within the floor
-    /// are all the same. `None` for runs that failed.
+    /// Time [s] and error [m] of a point for the knee, in logarithms; errors
+    /// within the floor are all the same. `None` for runs that failed, or have
+    /// no such time.
     pub fn place(&self, row: usize) -> Option<(f64, f64)> {
         let row = &self.rows[row];
         let error = row.error(self.measure)?.max(self.floor_m());
@@ -164,7 +166,7 @@ impl Results {
             .ok_or_else(|| fail("is not there yet".to_owned()))?;
         let failed = entry.figures.status == Ending::Failed;
         let shape = read_shape(folder, entry).filter(|_| !failed);
-        let shape = shape.ok_or_else(|| fail(format!("failed: {}", entry.figures.reason)))?;
+        let shape = shape.ok_or_else(|| reference_failed(plan, &entry.figures))?;
         let compare = Comparison {
             folder,
             entries: &entries,
@@ -223,35 +225,82 @@ impl Results {
         let places: Vec<(f64, f64)> = (0..self.rows.len())
             .map(|i| self.place(i).unwrap_or(nowhere))
             .collect();
-        self.front = front(&places);
-        let front: Vec<(f64, f64)> = self.front.iter().map(|i| places[*i]).collect();
-        let recommended = |row: usize, reason: &str| {
-            let reason = reason.to_owned();
-            Some(Recommended { row, reason })
-        };
-        self.recommended = match (knee(&front), self.front.last()) {
-            (Some(k), _) => recommended(
-                self.front[k],
-                "the knee of the front: farthest below the chord between its ends",
-            ),
-            (None, Some(only)) if self.front.len() == 1 => {
-                recommended(*only, "both the fastest and the most accurate")
-            }
-            (None, Some(_)) => {
-                // No corner: as many times faster counts as much as as many
-                // times more accurate.
-                let product = |i: &usize| places[*i].0 * places[*i].1;
-                let best = self.front.iter().copied();
-                let best = best.min_by(|a, b| product(a).total_cmp(&product(b)));
-                best.and_then(|row| {
-                    recommended(
-                        row,
-                        "the least product of time and distance; the front has no knee",
-                    )
-                })
-            }
-            (None, None) => None,
-        };
+        // Differences are told apart as they are; logarithms need the floor.
+        let errors = self.rows.iter().map(|r| r.error(measure));
+        let told: Vec<(f64, f64)> = places
+            .iter()
+            .zip(errors)
+            .map(|(place, error)| (place.0, error.unwrap_or(f64::NAN)))
+            .collect();
+        self.front = front(&told, floor);
+        self.recommended = recommended(&self.front, &places, &told, floor);
+        let timeless = |r: &&Row| r.error(measure).is_some() && r.seconds(self.time).is_none();
+        let timeless = self.rows.iter().filter(timeless).count();
+        if timeless > 0 {
+            let what = match self.time {
+                Clock::Wall => "wall",
+                Clock::Cpu => "processor",
+            };
+            self.remarks.push(format!(
+                "{timeless} of {} points have no {what} time of their own and are left out of the \
+                 front and the recommendation: several runs shared a process; judge by the other \
+                 time, or run each in a process of its own",
+                self.rows.len()
+            ));
+        }
+    }
+}
+
+/// The point of the front to recommend: its knee, or the least product of time
+/// and error; where the floor tells none of the points within it of the most
+/// accurate from the fastest, the fastest.
+fn recommended(
+    front: &[usize],
+    places: &[(f64, f64)],
+    told: &[(f64, f64)],
+    floor: f64,
+) -> Option<Recommended> {
+    let ends: Vec<(f64, f64)> = front.iter().map(|i| places[*i]).collect();
+    let reason = |row: usize, reason: String| Some(Recommended { row, reason });
+    if let &[only] = front {
+        let others = || told.iter().filter(|p| p.0.is_finite() && p.1.is_finite());
+        let least = others().map(|p| p.1).fold(f64::INFINITY, f64::min);
+        let alike = others().filter(|p| p.1 <= least + floor).count();
+        return reason(
+            only,
+            match alike {
+                1 => "both the fastest and the most accurate".to_owned(),
+                _ => format!(
+                    "the fastest of {alike} points that the floor does not tell apart: within \
+                     {:.3e} mm of the most accurate, which is {:.3e} mm from the reference",
+                    1e3 * floor,
+                    1e3 * least
+                ),
+            },
+        );
+    }
+    if let Some(k) = knee(&ends) {
+        let why = "the knee of the front: farthest below the chord between its ends";
+        return reason(front[k], why.to_owned());
+    }
+    // No corner: as many times faster counts as much as as many times more
+    // accurate.
+    let product = |i: &usize| places[*i].0 * places[*i].1;
+    let best = front.iter().copied();
+    let best = best.min_by(|a, b| product(a).total_cmp(&product(b)))?;
+    let why = "the least product of time and distance; the front has no knee";
+    reason(best, why.to_owned())
+}
+
+/// A reference that failed: its settings, why, and how to run it alone.
+pub(crate) fn reference_failed(plan: &Plan, figures: &Figures) -> StudyError {
+    let settings = one_line(&plan.reference);
+    StudyError::Reference {
+        reason: format!(
+            "failed: {}; its settings: {settings}; alone: {}",
+            figures.reason,
+            command(&plan.jobs[0])
+        ),
     }
 }
 
@@ -310,4 +359,38 @@ fn command(job: &Job) -> String {
         line += &format!("  # start displaced by {:e} m (seed {})", p.size_m, p.seed);
     }
     line
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn recommend(told: &[(f64, f64)], floor: f64) -> (Vec<usize>, Recommended) {
+        let lifted: Vec<(f64, f64)> = told.iter().map(|p| (p.0, p.1.max(floor))).collect();
+        let front = front(told, floor);
+        let best = recommended(&front, &lifted, told, floor).unwrap();
+        (front, best)
+    }
+
+    /// Points that the floor does not tell apart are not ranked: the fastest of
+    /// them is recommended, with the figures, and never called the best.
+    #[test]
+    fn the_floor_ranks_nothing() {
+        // 2.1 mm to 2.4 mm with a floor of 0.5 mm, and none within the floor.
+        let near = [(3.0, 2.1e-3), (1.0, 2.4e-3), (2.0, 2.2e-3)];
+        let (front, best) = recommend(&near, 5e-4);
+        assert_eq!((front, best.row), (vec![1], 1));
+        for part in ["fastest of 3 points", "5.000e-1 mm", "2.100e0 mm"] {
+            assert!(best.reason.contains(part), "{}", best.reason);
+        }
+        assert!(!best.reason.contains("both"), "{}", best.reason);
+        // Told apart, they are ranked.
+        let (front, best) = recommend(&near, 5e-5);
+        assert_eq!(front, [1, 2, 0]);
+        assert!(best.reason.contains("front"), "{}", best.reason);
+        // One that is better in both by more than the floor.
+        let (front, best) = recommend(&[(1.0, 1e-3), (2.0, 3e-3)], 5e-4);
+        assert_eq!((front, best.row), (vec![0], 0));
+        assert_eq!(best.reason, "both the fastest and the most accurate");
+    }
 }

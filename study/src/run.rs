@@ -7,6 +7,7 @@ use crate::StudyError;
 use crate::executor::{Executor, Halt};
 use crate::plan::{Job, Plan};
 use crate::record::{Ending, Entry};
+use crate::results::reference_failed;
 use crate::shard::Shard;
 use crate::store::{Store, read_entries};
 
@@ -37,7 +38,9 @@ pub struct Tally {
 ///
 /// # Errors
 /// [`StudyError`] when results cannot be read or written, or the machine fails;
-/// what is finished is kept.
+/// [`StudyError::Reference`] as soon as a reference of this part has failed,
+/// since there is nothing to measure the others against. What is finished is
+/// kept, and so are the runs at hand.
 pub fn run(
     plan: &Plan,
     store: &Store,
@@ -63,12 +66,24 @@ pub fn run(
         })
     };
     let mine: Vec<&Job> = shard.jobs(plan.jobs.len()).map(|j| &plan.jobs[j]).collect();
+    let reference = &plan.jobs[0].hash;
+    if let Some(entry) = known.get(reference)
+        && mine.iter().any(|j| j.hash == *reference && done(j))
+        && entry.figures.status == Ending::Failed
+    {
+        return Err(reference_failed(plan, &entry.figures));
+    }
     let left: Vec<&Job> = mine.iter().copied().filter(|j| !done(j)).collect();
     let reused = mine.len() - left.len();
     let next = AtomicUsize::new(0);
     let made = AtomicUsize::new(0);
     let failure: Mutex<Option<StudyError>> = Mutex::new(None);
     let stop = AtomicBool::new(false);
+    let give_up = |e: StudyError| {
+        stop.store(true, Ordering::Relaxed);
+        let mut failure = failure.lock().unwrap_or_else(PoisonError::into_inner);
+        failure.get_or_insert(e);
+    };
     let work = || {
         while !stop.load(Ordering::Relaxed) && !interrupt.load(Ordering::Relaxed) {
             let i = next.fetch_add(1, Ordering::Relaxed);
@@ -87,12 +102,12 @@ pub fn run(
                 Ok(entry) => {
                     made.fetch_add(1, Ordering::Relaxed);
                     observer.ended(number, mine.len(), job, &entry);
+                    let failed = entry.figures.status == Ending::Failed;
+                    if failed && job.hash == *reference {
+                        give_up(reference_failed(plan, &entry.figures));
+                    }
                 }
-                Err(e) => {
-                    stop.store(true, Ordering::Relaxed);
-                    let mut failure = failure.lock().unwrap_or_else(PoisonError::into_inner);
-                    failure.get_or_insert(e);
-                }
+                Err(e) => give_up(e),
             }
         }
     };

@@ -5,7 +5,12 @@
 //! plan.json               what is run, with the content hash of every job
 //! index-0-of-1.jsonl      finished runs of a part, one a line, only appended
 //! shapes/HASH.bin         the last shape of each
+//! failed/HASH.json        steps at which runs failed, for `selvedge run`
 //! ```
+//!
+//! The last member of a line, `digest`, is the BLAKE3 of the line without it:
+//! an edited line is left out. Lines of older versions have none and are read
+//! as they are.
 //!
 //! A shape is there, whole, before the line that names it, and a line counts
 //! when it ends: killing the program loses the run at hand and nothing else.
@@ -17,6 +22,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
+use selvedge_scene::watchdog::Dump;
+
 use crate::StudyError;
 use crate::plan::{Plan, Point, STUDY_SCHEMA};
 use crate::record::{Entry, Measured};
@@ -26,6 +33,7 @@ use crate::shard::Shard;
 const PLAN: &str = "plan.json";
 const SHAPES: &str = "shapes";
 const SCRATCH: &str = "running";
+const FAILED: &str = "failed";
 
 /// A folder with one part of it open for writing.
 pub struct Store {
@@ -117,12 +125,25 @@ impl Store {
             whole(&shape_path(&self.folder, hash), &bytes)?;
             digest = Some(blake3::hash(&bytes).to_hex().to_string());
         }
+        let mut figures = measured.figures.clone();
+        let dump = self.folder.join(FAILED).join(format!("{hash}.json"));
+        match &measured.dump {
+            Some(text) => {
+                let folder = self.folder.join(FAILED);
+                fs::create_dir_all(&folder).map_err(written(&folder))?;
+                whole(&dump, moved(text, &dump).as_bytes())?;
+                figures.reason += &format!("; the step is in {}", dump.display());
+            }
+            // That of an earlier try.
+            None if dump.exists() => fs::remove_file(&dump).map_err(written(&dump))?,
+            None => {}
+        }
         let entry = Entry {
             hash: hash.to_owned(),
             shape: digest,
-            figures: measured.figures.clone(),
+            figures,
         };
-        let line = serde_json::to_string(&entry).unwrap_or_default() + "\n";
+        let line = line_of(&entry);
         let mut index = self.index.lock().unwrap_or_else(PoisonError::into_inner);
         index
             .write_all(line.as_bytes())
@@ -209,6 +230,14 @@ pub fn read_entries(folder: &Path, remarks: &mut Vec<String>) -> Result<Entries,
                 remarks.push(format!("{name}, line {}: cut off, left out", i + 1));
                 continue;
             };
+            if !is_whole(line) {
+                let name = path.file_name().unwrap_or_default().to_string_lossy();
+                let number = i + 1;
+                remarks.push(format!(
+                    "{name}, line {number}: edited or damaged, it does not fit its digest, left out"
+                ));
+                continue;
+            }
             if entry.shape.is_some() && read_shape(folder, &entry).is_none() {
                 let hash = &entry.hash;
                 remarks.push(format!("shapes/{hash}.bin: missing or damaged, left out"));
@@ -219,6 +248,43 @@ pub fn read_entries(folder: &Path, remarks: &mut Vec<String>) -> Result<Entries,
         }
     }
     Ok(entries)
+}
+
+/// A stopped step that names its new place.
+fn moved(text: &str, place: &Path) -> String {
+    let Ok(mut dump) = serde_json::from_str::<Dump>(text) else {
+        return text.to_owned();
+    };
+    dump.event.dump = Some(place.display().to_string());
+    serde_json::to_string_pretty(&dump).unwrap_or_else(|_| text.to_owned())
+}
+
+/// What stands between the content of a line and its digest.
+const DIGEST: &str = ",\"digest\":\"";
+
+/// The line of an index: the entry with the digest of its text.
+fn line_of(entry: &Entry) -> String {
+    let text = serde_json::to_string(entry).unwrap_or_default();
+    let digest = blake3::hash(text.as_bytes()).to_hex();
+    let open = text.strip_suffix('}').unwrap_or(&text);
+    format!("{open}{DIGEST}{digest}\"}}\n")
+}
+
+/// Whether a line fits its digest, or has none.
+fn is_whole(line: &[u8]) -> bool {
+    #[derive(serde::Deserialize)]
+    struct Tail {
+        digest: Option<serde_json::Value>,
+    }
+    let Ok(Tail { digest }) = serde_json::from_slice(line) else {
+        return false;
+    };
+    let Some(digest) = digest else { return true };
+    let tail = format!("{DIGEST}{}\"}}", digest.as_str().unwrap_or_default());
+    line.strip_suffix(tail.as_bytes()).is_some_and(|open| {
+        let text = [open, b"}"].concat();
+        Some(blake3::hash(&text).to_hex().as_str()) == digest.as_str()
+    })
 }
 
 /// The shape of a finished run; `None` when there is none or it is damaged.

@@ -142,6 +142,7 @@ fn cells(
         "linear_iterations",
         number(f.map(|f| f.linear_iterations as f64)),
     );
+    add("residual", number(f.map(|f| f.residual)));
     add("simulated_s", number(f.map(|f| f.simulated_s)));
     add("points", number(f.map(|f| f.points as f64)));
     add("threads", number(f.map(|f| f.threads as f64)));
@@ -157,6 +158,10 @@ fn cells(
     add(
         "simulation_bytes",
         number(f.map(|f| f.simulation_bytes as f64)),
+    );
+    add(
+        "peak_memory_bytes",
+        number(f.and_then(|f| f.peak_memory_bytes).map(|b| b as f64)),
     );
     for name in energies {
         let value = row.energy_differences_j.get(*name).copied();

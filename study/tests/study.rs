@@ -200,6 +200,160 @@ fn failures_and_other_meshes() {
     assert!(!results.rows[2].reason.is_empty() && results.rows[2].distances.is_none());
 }
 
+/// A line that was edited is left out and its run made again; lines of older
+/// versions, without a digest, are read as they are.
+#[test]
+fn edited_lines() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = plan(&scene(folder.path()), &AXES[..1], &REFERENCE[..1]);
+    let out = folder.path().join("out");
+    assert_eq!(go(&plan, &out, Shard::WHOLE, 99), 4);
+    let index = out.join("index-0-of-1.jsonl");
+    let text = fs::read_to_string(&index).unwrap();
+    let entries = |text: &str| {
+        fs::write(&index, text).unwrap();
+        let mut remarks = Vec::new();
+        let entries = read_entries(&out, &mut remarks).unwrap();
+        (entries, remarks)
+    };
+    let (all, none) = entries(&text);
+    assert_eq!((all.len(), none.len()), (4, 0));
+    let faster = text.replacen("\"wall_s\":[", "\"wall_s\":[0", 1);
+    let faster = faster.replacen("\"wall_s\":[00", "\"wall_s\":[1", 1);
+    assert_ne!(faster, text);
+    let unsigned: String = text
+        .lines()
+        .map(|line| line.split_once(",\"digest\":").unwrap().0.to_owned() + "}\n")
+        .collect();
+    assert_eq!(entries(&unsigned), (all, Vec::new()));
+    // A digest that stands elsewhere, or is none, does not fit either.
+    for wrong in [
+        faster.as_str(),
+        &text.replacen("\"}\n", "\" }\n", 1),
+        &text.replacen("\"digest\":\"", "\"digest\":\"0", 1),
+    ] {
+        let (left, remarks) = entries(wrong);
+        assert_eq!(left.len(), 3, "{wrong}");
+        assert!(
+            remarks.len() == 1 && remarks[0].contains("line 1"),
+            "{remarks:?}"
+        );
+    }
+    entries(&faster);
+    assert_eq!(go(&plan, &out, Shard::WHOLE, 99), 1);
+}
+
+/// The step at which a run failed is kept under its hash, is named, and can be
+/// taken again; it goes when the run succeeds.
+#[test]
+fn steps_of_failed_runs_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = scene(folder.path());
+    let plan = plan(&scene, &["integrator.newton_tolerance=1e-300"], &[]);
+    let out = folder.path().join("out");
+    go(&plan, &out, Shard::WHOLE, 99);
+    let results = Results::of_folder(&out, &plan, Clock::Wall).unwrap();
+    let row = &results.rows[0];
+    let kept = out.join(format!("failed/{}.json", row.hash));
+    assert_eq!(row.status, "failed");
+    let place = format!("the step is in {}", kept.display());
+    assert!(row.reason.ends_with(&place), "{}", row.reason);
+    assert_eq!(row.reason.matches("the step is in").count(), 1);
+    let dump = selvedge_scene::watchdog::Dump::read(&kept).unwrap();
+    assert!(selvedge_scene::watchdog::Dump::is_at(&kept));
+    assert_eq!(
+        dump.event.dump.as_deref(),
+        Some(&*kept.display().to_string())
+    );
+    assert!(!dump.replay(&kept, &[]).unwrap().accepted);
+    assert!(!out.join("running").exists());
+    let store = Store::open(&out, &plan, Shard::WHOLE, true).unwrap();
+    let figures = results.reference.figures.clone().unwrap();
+    let good = Measured {
+        figures,
+        shape: None,
+        dump: None,
+    };
+    store.keep(&row.hash, &good).unwrap();
+    assert!(!kept.exists());
+}
+
+/// A study whose reference fails ends there; what is finished is reused with
+/// another reference.
+#[test]
+fn references_that_fail() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = scene(folder.path());
+    let strict = [("integrator.newton_tolerance", "1e-300")];
+    let plan = |reference| plan(&scene, &AXES[..1], reference);
+    let (bad, good) = (plan(&strict[..]), plan(&REFERENCE[..1]));
+    let out = folder.path().join("out");
+    let attempt = |plan: &Plan, shard| {
+        let store = Store::open(&out, plan, shard, true).unwrap();
+        let executor = Counted {
+            inner: InProcess::new(store.scratch(), "test"),
+            runs: AtomicUsize::new(0),
+            most: 99,
+            hashes: Mutex::default(),
+        };
+        let no = AtomicBool::new(false);
+        let result = run(plan, &store, shard, &executor, 1, &Quiet, &no);
+        (result, executor.hashes.into_inner().unwrap().len())
+    };
+    for runs in [1, 0] {
+        let (result, made) = attempt(&bad, Shard::WHOLE);
+        let error = result.unwrap_err();
+        assert!(matches!(error, StudyError::Reference { .. }), "{error}");
+        let dump = format!("failed/{}.json", bad.jobs[0].hash);
+        for part in ["integrator.newton_tolerance=1e-300", "--set", &dump] {
+            assert!(error.to_string().contains(part), "{part}: {error}");
+        }
+        assert_eq!(made, runs);
+    }
+    // A part without the reference cannot know.
+    let parts = folder.path().join("parts");
+    let part = Shard { index: 3, count: 4 };
+    assert_eq!(go(&bad, &parts, part, 99), 1);
+    assert!(attempt(&good, Shard::WHOLE).0.is_ok());
+    Results::of_folder(&out, &good, Clock::Wall).unwrap();
+}
+
+/// Points without a time of their own are told; the memory of a process is
+/// that of one run only where it has one.
+#[test]
+fn times_and_memory_of_one_s_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let plan = plan(&scene(folder.path()), &AXES[..1], &REFERENCE[..1]);
+    let out = folder.path().join("out");
+    let store = Store::open(&out, &plan, Shard::WHOLE, true).unwrap();
+    let executor = InProcess {
+        alone: false,
+        ..InProcess::new(store.scratch(), "test")
+    };
+    let no = AtomicBool::new(false);
+    run(&plan, &store, Shard::WHOLE, &executor, 2, &Quiet, &no).unwrap();
+    let by = |clock| Results::of_folder(&out, &plan, clock).unwrap();
+    let results = by(Clock::Cpu);
+    assert!(results.recommended.is_none() && results.front.is_empty());
+    assert!(results.remarks[0].contains("2 of 2 points have no processor time"));
+    let results = by(Clock::Wall);
+    assert!(results.recommended.is_some() && results.remarks.is_empty());
+    let table = Table::of(&results);
+    assert_eq!(table.get(0, "peak_memory_bytes"), Some(""));
+    let residual: f64 = table.get(0, "residual").unwrap().parse().unwrap();
+    assert!(residual > 0.0 && residual < 1e-6, "{residual:e}");
+    // As the other side of `Subprocess` hands them over.
+    let scratch = folder.path().join("scratch");
+    fs::create_dir(&scratch).unwrap();
+    let job = &plan.jobs[0];
+    let order = serde_json::json!({ "job": job, "scratch": scratch, "version": "test" });
+    serve(&order.to_string(), &no).unwrap();
+    let text = fs::read(scratch.join(format!("{}.json", job.hash))).unwrap();
+    let figures: Figures = serde_json::from_slice(&text).unwrap();
+    let own = figures.simulation_bytes as u64;
+    assert!(figures.peak_memory_bytes.is_some_and(|b| b > own));
+}
+
 /// Folders of another study, parts begun before, and no study at all.
 #[test]
 fn folders_are_told_apart() {

@@ -28,7 +28,7 @@ pub(super) const STOPPED: u8 = 130;
 /// `selvedge run`
 pub fn run(args: &RunArgs, json: bool) -> Result<ExitCode, Failure> {
     if Dump::is_at(&args.scene.scene) {
-        return replay(&args.scene.scene, &args.scene.set, json);
+        return replay(args, json);
     }
     let parsed = file::read(&args.scene.scene, &args.scene.set)?;
     let text = std::fs::read_to_string(&args.scene.scene).unwrap_or_default();
@@ -44,7 +44,21 @@ pub fn run(args: &RunArgs, json: bool) -> Result<ExitCode, Failure> {
 
 /// `selvedge run DUMP`: takes a step again that the watchdog wrote down; exit
 /// status 1 when it fails again.
-fn replay(path: &Path, set: &[(String, String)], json: bool) -> Result<ExitCode, Failure> {
+fn replay(args: &RunArgs, json: bool) -> Result<ExitCode, Failure> {
+    let (path, set) = (args.scene.scene.as_path(), args.scene.set.as_slice());
+    let given = [
+        ("--estimate-error", args.accuracy.estimate_error),
+        ("--target-error", args.accuracy.target_error.is_some()),
+        ("--output", args.output.is_some()),
+        ("--resume", args.resume),
+    ];
+    if let Some((option, _)) = given.iter().find(|(_, given)| *given) {
+        return Err(Failure::Usage(format!(
+            "`{}` is a stopped step, which is taken once more and leaves nothing: {option} goes \
+             with a scene; leave it out",
+            path.display()
+        )));
+    }
     let dump = Dump::read(path).map_err(|e| Failure::Usage(e.to_string()))?;
     let replay = dump.replay(path, set).map_err(|e| match e {
         ReplayError::Scene(findings) => Failure::Input(findings),

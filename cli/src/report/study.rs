@@ -335,7 +335,9 @@ fn notes(r: &Results, clock: &str) -> String {
         Some(f) => format!(
             "The floor is the largest distance between any two of {} runs of the reference whose starts \
              differ by 10⁻⁹ m: mean {}, 95 % {}, largest {}, Hausdorff {}. A run closer to the reference than \
-             this is as good as it, never better.",
+             this is as good as it, never better, and runs whose distances differ by no more are not told apart: \
+             each run of the front is more accurate by more than the floor than the one before it, and where \
+             only one is left, the fastest, it is recommended.",
             f.runs,
             length(f.mean_m),
             length(f.p95_m),
@@ -347,7 +349,7 @@ fn notes(r: &Results, clock: &str) -> String {
     format!(
         "<div class=\"card\"><p>Distance: {measure}. Time: {clock} of the stepping, the median of the \
          repetitions; whiskers reach from the least to the largest. Memory: heap of the simulation \
-         itself.</p><p>{floor}</p><p>The reference differs from the scene in:</p>\
+         itself; the peak of the process is in study.csv where each run had its own.</p><p>{floor}</p><p>The reference differs from the scene in:</p>\
          <table class=\"keys\"><tbody>{reference}</tbody></table><pre>{}</pre>\
          <p class=\"small\">selvedge {}</p></div>\n",
         escape(&r.reference.command),

@@ -269,7 +269,7 @@ pub(super) fn pareto(r: &Results, clock: &str) -> String {
         );
     }
     out.push_str(
-        "</svg><ul class=\"legend\"><li><i class=\"dot c0\"></i>front: nothing is both faster and more accurate</li>\
+        "</svg><ul class=\"legend\"><li><i class=\"dot c0\"></i>front: each more accurate, by more than the floor, than those before it that are faster</li>\
          <li><i class=\"dot c7\"></i>other runs</li><li><i class=\"c7 dash\"></i>floor: what is below it is as good as the reference</li>\
          <li><i class=\"ring\"></i>recommended</li></ul></figure>\n",
     );

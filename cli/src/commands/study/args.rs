@@ -59,10 +59,10 @@ pub struct StudyArgs {
     #[arg(long, value_enum, default_value_t = ClockKind::Wall)]
     pub time: ClockKind,
     /// Join the parts of the study in a folder and write its results.
-    #[arg(long, value_name = "DIR", conflicts_with_all = ["scene", "vary", "shard", "document"])]
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["scene", "vary", "sample", "seed", "set", "reference", "plain_reference", "repeat", "floor", "output", "resume", "shard", "jobs", "executor", "document"])]
     pub collect: Option<PathBuf>,
     /// Fill the figures of studies into a Markdown template; -o names the page.
-    #[arg(long, value_name = "TEMPLATE", conflicts_with_all = ["scene", "vary", "shard"])]
+    #[arg(long, value_name = "TEMPLATE", conflicts_with_all = ["scene", "vary", "sample", "seed", "set", "reference", "plain_reference", "repeat", "floor", "resume", "shard", "jobs", "executor", "time"])]
     pub document: Option<PathBuf>,
 }
 

@@ -16,8 +16,8 @@ use selvedge_study::{
 use super::run::{STOPPED, command_line};
 use crate::output::{complain, say};
 use crate::{Failure, report, signals};
-use args::ExecutorKind;
 pub use args::StudyArgs;
+use args::{ClockKind, ExecutorKind};
 use progress::Lines;
 
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -31,6 +31,7 @@ pub fn study(args: &StudyArgs, json: bool) -> Result<ExitCode, Failure> {
         let plan = read_plan(folder)?;
         return conclude(folder, &plan, args.time.into(), json);
     }
+    let kind = executor_kind(args)?;
     let shard = shard(args)?;
     let plan = plan(args)?;
     let folder = match &args.output {
@@ -46,10 +47,6 @@ pub fn study(args: &StudyArgs, json: bool) -> Result<ExitCode, Failure> {
     let interrupt = signals::interrupt();
     let store = Store::open(&folder, &plan, shard, args.resume)?;
     let lines = Lines::new(json);
-    let kind = args.executor.unwrap_or(match args.jobs {
-        1 => ExecutorKind::InProcess,
-        _ => ExecutorKind::Process,
-    });
     let executor: Box<dyn Executor> = match kind {
         ExecutorKind::InProcess => Box::new(InProcess {
             alone: args.jobs == 1,
@@ -72,9 +69,10 @@ pub fn study(args: &StudyArgs, json: bool) -> Result<ExitCode, Failure> {
         at_once,
         &lines,
         &interrupt,
-    )?;
+    );
     lines.finish();
     drop(store);
+    let tally = tally?;
     if tally.interrupted {
         let (done, jobs) = (tally.reused + tally.made, tally.jobs);
         let again = command_line();
@@ -116,6 +114,22 @@ pub fn job() -> Result<ExitCode, Failure> {
         Err(Halt::Interrupted) => Ok(ExitCode::from(STOPPED)),
         Err(e) => Err(Failure::Other(e.to_string())),
     }
+}
+
+/// Where simulations run: as asked for, or so that each has a time of its own.
+fn executor_kind(args: &StudyArgs) -> Result<ExecutorKind, Failure> {
+    let kind = args.executor.unwrap_or(match args.jobs {
+        1 => ExecutorKind::InProcess,
+        _ => ExecutorKind::Process,
+    });
+    if kind == ExecutorKind::InProcess && args.jobs > 1 && args.time == ClockKind::Cpu {
+        return Err(Failure::Usage(
+            "--time cpu: simulations that share a process have no processor time of their own; \
+             use --executor process, --jobs 1 or --time wall"
+                .to_owned(),
+        ));
+    }
+    Ok(kind)
 }
 
 /// The part to run: as asked for, or that of a Slurm task.
