@@ -161,7 +161,7 @@ impl BuiltScene {
         };
         let model_error = |e: selvedge_shell_model::ModelError| refuse(e.to_string());
         let dissipates = Dissipation {
-            damping: stage.statics.is_none(),
+            damping: damping != DampingKind::Off,
             friction: stage.friction,
         };
         let yarns = g.yarns.as_ref();

@@ -2,16 +2,17 @@
 
 use std::path::Path;
 
-use selvedge_energy::{Batch, EnergyBatch, MassBatch};
+use selvedge_energy::{Batch, EnergyBatch, MassBatch, StencilEnergy};
 use selvedge_integrator::{Fixed, Inertia, Pins, Term};
 use selvedge_linsolve::BlockFilter;
 use selvedge_yarn_model::chart::{BUILT_IN_CHARTS, Chart, StitchPattern, read_knitout};
 use selvedge_yarn_model::knit::{KnitLoop, KnitOptions, LoopGraph, knitted_part};
 use selvedge_yarn_model::{
-    Draft, FrictionSettings, InertiaForce, JammingBending, LockedBending, LockedGravity,
+    Draft, FrictionSettings, InertiaForce, JammingBending, Locked, LockedBending, LockedGravity,
     LockedInertia, LockedStretch, ParallelYarns, PlainBending, RayleighDamping, SegmentInertia,
-    SlidingFriction, StitchLength, StitchWrapping, Woven, YarnGravity, YarnMaterial, YarnNetwork,
-    YarnShear, YarnStretch, lumped_point_masses, lumped_scalar_masses,
+    SlidingFriction, StitchLength, StitchWrapping, Woven, Yarn, YarnGravity, YarnMaterial,
+    YarnNetwork, YarnShear, YarnStretch, lumped_point_masses, lumped_scalar_masses,
+    segment_damping, stencil_damping,
 };
 
 use super::{rest_shape, yarn_panels};
@@ -272,56 +273,85 @@ impl Dissipation {
     };
 }
 
+/// Elastic terms, each with the damping of its yarns.
+struct Elastic<'a> {
+    network: &'a YarnNetwork,
+    damped: bool,
+    terms: Vec<Box<dyn EnergyBatch>>,
+}
+
+impl Elastic<'_> {
+    fn add<E, const N: usize, const M: usize>(&mut self, name: &str, energy: E)
+    where
+        E: StencilEnergy<N, M> + 'static,
+    {
+        let beta = stencil_damping(&energy, self.network);
+        self.push(Box::new(Batch::new(name, energy)), beta);
+    }
+
+    fn add_locked<E, const N: usize, const M: usize, const P: usize, const X: usize>(
+        &mut self,
+        name: &str,
+        energy: Locked<E, N, M, P, X>,
+    ) where
+        E: StencilEnergy<N, M> + 'static,
+    {
+        // Its points do not tell which of their yarns it is.
+        let beta = stencil_damping(energy.energy(), self.network);
+        self.push(Box::new(Batch::new(name, energy)), beta);
+    }
+
+    fn push(&mut self, batch: Box<dyn EnergyBatch>, beta: Vec<f64>) {
+        if batch.is_empty() {
+            return;
+        }
+        let damped = self.damped && beta.iter().any(|b| *b > 0.0);
+        self.terms.push(match damped {
+            true => Box::new(RayleighDamping::added_to(batch, beta)),
+            false => batch,
+        });
+    }
+}
+
 impl YarnCloth {
     /// Everything that the yarns call for, under gravity [m/s²].
     pub(super) fn parts(&self, gravity: [f64; 3], dissipates: Dissipation) -> YarnParts {
         let n = &self.network;
         let yarn = |of: fn(&YarnMaterial) -> f64| n.materials.iter().map(of).fold(0.0, f64::max);
         let knit = !n.stitches.is_empty();
-        let mut terms: Vec<Box<dyn EnergyBatch>> = Vec::new();
+        let mut elastic = Elastic {
+            network: n,
+            damped: dissipates.damping,
+            terms: Vec::new(),
+        };
         let pulled = gravity.iter().any(|g| *g != 0.0);
-        if self.sliding {
-            terms.push(Box::new(Batch::new("yarn stretch", YarnStretch::new(n))));
-        } else {
-            let stretch = LockedStretch::stretch(n);
-            terms.push(Box::new(Batch::new("yarn stretch", stretch)));
+        match self.sliding {
+            true => elastic.add("yarn stretch", YarnStretch::new(n)),
+            false => elastic.add_locked("yarn stretch", LockedStretch::stretch(n)),
         }
         if yarn(|m| m.bending_modulus) > 0.0 {
-            terms.push(match (self.sliding, knit) {
-                (true, true) => Box::new(Batch::new("yarn bending", JammingBending::new(n))),
-                (true, false) => Box::new(Batch::new("yarn bending", PlainBending::new(n))),
-                (false, true) => {
-                    let bending = LockedBending::<true>::bending(n);
-                    Box::new(Batch::new("yarn bending", bending))
-                }
-                (false, false) => {
-                    let bending = LockedBending::<false>::bending(n);
-                    Box::new(Batch::new("yarn bending", bending))
-                }
-            });
-        }
-        if knit && yarn(|m| m.wrapping) > 0.0 {
-            let wrapping = StitchWrapping::new(n);
-            terms.push(Box::new(Batch::new("stitch wrapping", wrapping)));
-        }
-        if !n.crossings.is_empty() && yarn(|m| m.shear_modulus) > 0.0 {
-            terms.push(Box::new(Batch::new("yarn shear", YarnShear::new(n))));
-        }
-        if self.sliding {
-            let parallel = ParallelYarns::new(n);
-            terms.push(Box::new(Batch::new("parallel yarns", parallel)));
-            if knit {
-                let length = StitchLength::new(n);
-                terms.push(Box::new(Batch::new("stitch length", length)));
+            let (jams, plain) = (|y: &Yarn| y.jams, |y: &Yarn| !y.jams);
+            if self.sliding {
+                elastic.add("yarn bending", JammingBending::of_yarns(n, jams));
+                elastic.add("yarn bending", PlainBending::of_yarns(n, plain));
+            } else {
+                let jamming = LockedBending::<true>::of_yarns(n, jams);
+                elastic.add_locked("yarn bending", jamming);
+                let plain = LockedBending::<false>::of_yarns(n, plain);
+                elastic.add_locked("yarn bending", plain);
             }
         }
-        terms.retain(|t| !t.is_empty());
-        let damping = self.damping();
-        if damping > 0.0 && dissipates.damping {
-            let damped =
-                |t| -> Box<dyn EnergyBatch> { Box::new(RayleighDamping::added_to(t, damping)) };
-            terms = terms.into_iter().map(damped).collect();
+        if knit && yarn(|m| m.wrapping) > 0.0 {
+            elastic.add("stitch wrapping", StitchWrapping::new(n));
         }
+        if !n.crossings.is_empty() && yarn(|m| m.shear_modulus) > 0.0 {
+            elastic.add("yarn shear", YarnShear::new(n));
+        }
+        if self.sliding {
+            elastic.add("parallel yarns", ParallelYarns::new(n));
+            elastic.add("stitch length", StitchLength::new(n));
+        }
+        let mut terms = elastic.terms;
         if self.sliding
             && dissipates.friction
             && let Some(friction) = SlidingFriction::new(n, FrictionSettings::default())
@@ -350,7 +380,10 @@ impl YarnCloth {
                     false => Vec::new(),
                 },
                 coupled: Some(coupled),
-                damping: yarn(|m| m.mass_damping),
+                damping: match dissipates.damping {
+                    true => segment_damping(n),
+                    false => Vec::new(),
+                },
                 ..Inertia::default()
             },
             owners: match self.sliding {
@@ -360,10 +393,15 @@ impl YarnCloth {
         }
     }
 
-    /// Damping in proportion to stiffness, the largest of any yarn [s].
-    pub(super) fn damping(&self) -> f64 {
-        let all = self.network.materials.iter().map(|m| m.stiffness_damping);
-        all.fold(0.0, f64::max)
+    /// Least and largest damping of the yarns in proportion to mass [1/s] and to
+    /// stiffness [s].
+    pub(super) fn damping(&self) -> [[f64; 2]; 2] {
+        let of: [fn(&YarnMaterial) -> f64; 2] = [|m| m.mass_damping, |m| m.stiffness_damping];
+        of.map(|of| {
+            let all = self.network.materials.iter().map(of);
+            let low = all.clone().fold(f64::INFINITY, f64::min);
+            [low, all.fold(0.0, f64::max)]
+        })
     }
 
     /// Friction coefficient of the yarn at every point.
