@@ -8,6 +8,7 @@ mod contact;
 mod cuts;
 mod draped;
 mod effects;
+mod gauge;
 mod geometry;
 mod holds;
 mod passages;

@@ -5,7 +5,7 @@ use std::path::Path;
 use selvedge_energy::{Batch, EnergyBatch, MassBatch, StencilEnergy};
 use selvedge_integrator::{Fixed, Inertia, Pins, Term};
 use selvedge_linsolve::BlockFilter;
-use selvedge_yarn_model::chart::{BUILT_IN_CHARTS, Chart, StitchPattern, read_knitout};
+use selvedge_yarn_model::chart::{BUILT_IN_CHARTS, Chart, Knitout, StitchPattern, read_knitout};
 use selvedge_yarn_model::knit::{KnitLoop, KnitOptions, LoopGraph, knitted_part};
 use selvedge_yarn_model::{
     Draft, FrictionSettings, InertiaForce, JammingBending, Locked, LockedBending, LockedGravity,
@@ -15,8 +15,8 @@ use selvedge_yarn_model::{
     segment_damping, stencil_damping,
 };
 
-use super::{rest_shape, yarn_panels};
-use crate::diagnostic::Diagnostics;
+use super::{gauge, rest_shape, yarn_panels};
+use crate::diagnostic::{Diagnostics, Finding, SourceText};
 use crate::driver::Progress;
 use crate::file::Parsed;
 use crate::file::model::{Cloth, ClothShape, RestShape, yarn_named};
@@ -31,12 +31,13 @@ pub struct YarnCloth {
 }
 
 /// Yarns of a piece of cloth, flat and centred in the x-z plane with the right
-/// side up; `None` for cloth of another kind.
+/// side up; `None` for cloth of another kind. Warnings go to the findings.
 pub(super) fn network(
     parsed: &Parsed,
     index: usize,
     cloth: &Cloth,
     progress: &mut (dyn Progress + Send),
+    findings: &mut Diagnostics,
 ) -> Option<Result<YarnNetwork, Diagnostics>> {
     let fail = |key: &str, message: String| {
         let path = format!("cloth.{index}.{key}");
@@ -44,6 +45,7 @@ pub(super) fn network(
     };
     let yarn =
         |key: &str, name: &str| find_yarn(parsed, name).map_err(|message| fail(key, message));
+    gauge::examine(parsed, index, cloth, findings);
     let built = match &cloth.shape {
         ClothShape::Knit {
             chart,
@@ -60,7 +62,20 @@ pub(super) fn network(
                 let of = relaxed_options(parsed, chart, &options);
                 options = of.map_err(|m| fail("rest_shape", m))?;
             }
-            let chart = chart_named(parsed, chart, *stitches).map_err(|m| fail("chart", m))?;
+            let chart = match pattern_named(parsed, chart).map_err(|m| fail("chart", m))? {
+                Construction::Pattern(pattern) => {
+                    let [width, rows] = *stitches;
+                    let of_size = pattern.chart_of(width, rows);
+                    of_size.map_err(|e| fail("chart", format!("{chart}: {e}")))?
+                }
+                Construction::Chart(fixed, warnings) => {
+                    findings.extend(warnings);
+                    if let Some(warning) = ignored_size(parsed, index, *stitches, &fixed) {
+                        findings.push(warning);
+                    }
+                    fixed
+                }
+            };
             // Row 0 of the loops is the cast-on, the last one the bind-off.
             let last = LoopGraph::new(&chart).loops.iter().map(|l| l.row).max();
             let kept = |l: &KnitLoop| *bind_off || Some(l.row) != last;
@@ -138,7 +153,7 @@ pub(super) fn relaxed_options(
 ) -> Result<KnitOptions, String> {
     match pattern_named(parsed, chart)? {
         Construction::Pattern(pattern) => rest_shape::relaxed(chart, &pattern, options),
-        Construction::Chart(_) => Err(format!(
+        Construction::Chart(..) => Err(format!(
             "{chart} is of fixed size: its loops can only be `laid`"
         )),
     }
@@ -147,22 +162,45 @@ pub(super) fn relaxed_options(
 /// Yarns of the library.
 const LIBRARY: [&str; 4] = ["sweater", "shirt", "pullover", "weaving"];
 
-fn chart_named(parsed: &Parsed, name: &str, [width, rows]: [usize; 2]) -> Result<Chart, String> {
-    let pattern = match pattern_named(parsed, name)? {
-        Construction::Pattern(pattern) => pattern,
-        Construction::Chart(chart) => return Ok(chart),
-    };
-    pattern
-        .chart_of(width, rows)
-        .map_err(|e| format!("{name}: {e}"))
+/// A warning where the scene asks for another size than a chart of fixed size has.
+fn ignored_size(
+    parsed: &Parsed,
+    index: usize,
+    [width, rows]: [usize; 2],
+    chart: &Chart,
+) -> Option<Finding> {
+    let path = format!("cloth.{index}.stitches");
+    let own = [chart.cast_on(), chart.rows().len()];
+    if own == [width, rows] || !parsed.locations.is_set(&path) {
+        return None;
+    }
+    let message = format!(
+        "[{width}, {rows}] is ignored: {} has a fixed size of [{}, {}]",
+        chart.name(),
+        own[0],
+        own[1]
+    );
+    let warning = parsed.locations.warning("scene::yarns", &path, message);
+    Some(warning.help("leave `stitches` out, or write the size of the file"))
+}
+
+/// A knitout file's chart, with its warnings where they stand.
+fn fixed(name: &str, text: &str, knitout: Knitout) -> Construction {
+    let source = SourceText::new(name, text);
+    let mut findings = Diagnostics::new();
+    for w in knitout.warnings {
+        let warning = Finding::warning("scene::knitout", name, w.message);
+        findings.push(warning.at(&source, w.at.span));
+    }
+    Construction::Chart(knitout.chart, findings)
 }
 
 /// What a chart's name stands for.
 pub(super) enum Construction {
     /// A pattern that repeats.
     Pattern(StitchPattern),
-    /// A chart of fixed size.
-    Chart(Chart),
+    /// A chart of fixed size, and what its file says that is left out.
+    Chart(Chart, Diagnostics),
 }
 
 pub(super) fn pattern_named(parsed: &Parsed, name: &str) -> Result<Construction, String> {
@@ -173,7 +211,7 @@ pub(super) fn pattern_named(parsed: &Parsed, name: &str) -> Result<Construction,
     let text = file_text(parsed, name, &BUILT_IN_CHARTS)?;
     if name.ends_with(".k") || name.ends_with(".knitout") || text.starts_with(";!knitout") {
         return read_knitout(&text)
-            .map(|k| Construction::Chart(k.chart))
+            .map(|k| fixed(name, &text, k))
             .map_err(|e| format!("{name}: {e}"));
     }
     let pattern = StitchPattern::parse(&text).map_err(|e| format!("{name}:{e}"))?;
