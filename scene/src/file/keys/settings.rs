@@ -14,7 +14,10 @@ pub(super) static DAMPING: Table = Table::new(
                     "incremental",
                     "a potential of the strain gained in the step: variational",
                 ),
-                ("none", "no dissipation in the fabric, no drag, no damping of yarns"),
+                (
+                    "none",
+                    "no dissipation in the fabric, no drag, no damping of yarns",
+                ),
             ]),
             "\"rate\"",
             "Form of the dissipation. Yarns have one, a potential of the step, under `rate` and `incremental` alike.",
