@@ -35,8 +35,9 @@ pub struct Inertia {
     /// Inertia that couples unknowns and depends on them. It takes the place of
     /// the lumped masses, which remain the weights of norms and of gravity.
     pub coupled: Option<Box<dyn MassBatch>>,
-    /// Damping in proportion to [`coupled`](Self::coupled) inertia, α [1/s].
-    pub damping: f64,
+    /// Damping in proportion to [`coupled`](Self::coupled) inertia, α [1/s] of
+    /// each of its stencils; empty: none.
+    pub damping: Vec<f64>,
     /// Acceleration of gravity [m/s²].
     pub gravity: [f64; 3],
     /// Points that gravity does not pull: rotation vectors of rigid bodies.
@@ -116,6 +117,15 @@ impl ScenePlan {
                 what: "masses of scalars",
                 found: self.inertia.scalar_masses.len(),
                 expected: self.layout.scalars,
+            });
+        }
+        let damped = self.inertia.damping.len();
+        let coupled = self.inertia.coupled.as_ref().map_or(0, |c| c.len());
+        if damped != 0 && damped != coupled {
+            return Err(PlanError::Length {
+                what: "damping of coupled inertia",
+                found: damped,
+                expected: coupled,
             });
         }
         if self.inertia.coupled.is_some() && !self.system.couples_masses() {
@@ -198,6 +208,7 @@ impl ScenePlan {
         let i = &self.inertia;
         let inertia = size_of_val(i.masses.as_slice())
             + size_of_val(i.scalar_masses.as_slice())
+            + size_of_val(i.damping.as_slice())
             + i.coupled.as_ref().map_or(0, |c| c.heap_bytes());
         let owners = size_of_val(self.owners.as_slice());
         let system = self.system.memory();

@@ -1,6 +1,8 @@
 use std::ops::Range;
 
-use selvedge_energy::{Curvature, EnergyBatch, EvalPoint};
+use selvedge_energy::{Curvature, EnergyBatch, EvalPoint, StencilEnergy};
+
+use crate::{YarnMaterial, YarnNetwork};
 
 /// Entries of local matrices that fit on the stack.
 const ROOM: usize = 2048;
@@ -16,7 +18,7 @@ const ROOM: usize = 2048;
 ///
 /// | symbol | is | unit |
 /// |---|---|---|
-/// | `β` | stiffness damping | s |
+/// | `β` | stiffness damping, of each stencil | s |
 ///
 /// `K` is evaluated anew at every call rather than kept: `M²` numbers a stencil
 /// would be more than all that a yarn network holds otherwise. `D` is quadratic,
@@ -28,14 +30,18 @@ const ROOM: usize = 2048;
 pub struct RayleighDamping {
     batch: Box<dyn EnergyBatch>,
     name: String,
-    beta: f64,
+    beta: Vec<f64>,
     elastic: bool,
 }
 
 impl RayleighDamping {
-    /// The damping alone, with `β` [s]. The energy is a copy of the one that
-    /// acts; begin, commit and history are passed on to it.
-    pub fn new(batch: Box<dyn EnergyBatch>, beta: f64) -> Self {
+    /// The damping alone, with `β` of every stencil [s]. The energy is a copy of
+    /// the one that acts; begin, commit and history are passed on to it.
+    ///
+    /// # Panics
+    /// When there is not one `β` for each stencil.
+    pub fn new(batch: Box<dyn EnergyBatch>, beta: Vec<f64>) -> Self {
+        assert_eq!(beta.len(), batch.len(), "one damping for each stencil");
         Self {
             name: format!("{} damping", batch.name()),
             batch,
@@ -46,7 +52,10 @@ impl RayleighDamping {
 
     /// The energy and its damping as one term, which costs one addition to the
     /// system's matrix instead of two. Keeps the energy's name.
-    pub fn added_to(batch: Box<dyn EnergyBatch>, beta: f64) -> Self {
+    ///
+    /// # Panics
+    /// When there is not one `β` for each stencil.
+    pub fn added_to(batch: Box<dyn EnergyBatch>, beta: Vec<f64>) -> Self {
         Self {
             name: batch.name().into(),
             elastic: true,
@@ -54,9 +63,9 @@ impl RayleighDamping {
         }
     }
 
-    /// Stiffness damping `β` [s].
-    pub fn beta(&self) -> f64 {
-        self.beta
+    /// Stiffness damping `β` of every stencil [s].
+    pub fn beta(&self) -> &[f64] {
+        &self.beta
     }
 
     /// The energy.
@@ -89,7 +98,6 @@ impl RayleighDamping {
         let (vectors, buffer) = buffer.split_at_mut(2 * m);
         let (change, product) = vectors.split_at_mut(m);
         let (gradients, hessians) = buffer.split_at_mut(count * m);
-        let scale = self.beta / at.dt;
         let mut from = range.start;
         while from < range.end {
             let to = range.end.min(from + count);
@@ -103,6 +111,7 @@ impl RayleighDamping {
             );
             for (e, k) in (from..to).zip(hessians.chunks_exact_mut(m * m)) {
                 self.change(at, e, change);
+                let scale = self.beta[e] / at.dt;
                 for (row, product) in k.chunks_exact_mut(m).zip(product.iter_mut()) {
                     let mut sum = 0.0;
                     for (k, change) in row.iter_mut().zip(change.iter()) {
@@ -128,6 +137,43 @@ impl RayleighDamping {
             }
         }
     }
+}
+
+/// `β` of every stencil of an energy of a network [s]: that of the yarn whose
+/// arc length it names first; of stencils of points alone the mean of the yarns
+/// that meet at the first point.
+pub fn stencil_damping<E, const N: usize, const M: usize>(
+    energy: &E,
+    network: &YarnNetwork,
+) -> Vec<f64>
+where
+    E: StencilEnergy<N, M>,
+{
+    let scalar = E::NODE_DIMS.iter().position(|d| *d == 1);
+    let of = |stencil: &[u32; N]| match scalar {
+        Some(at) => network.material_of(stencil[at]).stiffness_damping,
+        None => {
+            let strands = network.strands_of(stencil[0]);
+            let beta = |s: u32| network.material_of(s).stiffness_damping;
+            let (first, n) = (beta(strands.start), strands.len() as f64);
+            // Of equal yarns to the last bit.
+            first + strands.map(|s| beta(s) - first).sum::<f64>() / n
+        }
+    };
+    energy.stencils().iter().map(of).collect()
+}
+
+/// Mass damping `α` of every segment [1/s], in the order of
+/// [`SegmentInertia`](crate::SegmentInertia); empty where all are zero.
+pub fn segment_damping(network: &YarnNetwork) -> Vec<f64> {
+    let alpha = |m: &YarnMaterial| m.mass_damping;
+    if network.materials.iter().all(|m| alpha(m) == 0.0) {
+        return Vec::new();
+    }
+    let segments = network.segments();
+    segments
+        .map(|[a, _]| alpha(network.material_of(a)))
+        .collect()
 }
 
 fn half_dot(a: &[f64], b: &[f64]) -> f64 {
@@ -239,6 +285,6 @@ impl EnergyBatch for RayleighDamping {
     }
 
     fn heap_bytes(&self) -> usize {
-        self.batch.heap_bytes()
+        self.batch.heap_bytes() + size_of_val(&self.beta[..])
     }
 }

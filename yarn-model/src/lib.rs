@@ -25,7 +25,7 @@ pub use contact::{
     Compression, CompressionSettings, FrictionSettings, SlidingFriction, StackRule, StickRule,
     TensionRule, plane_normal, stack_compression,
 };
-pub use damping::RayleighDamping;
+pub use damping::{RayleighDamping, segment_damping, stencil_damping};
 pub use error::YarnError;
 pub use force::{
     CROSSED, InertiaForce, JAM_ANGLE, JAM_WIDTH, JammingBending, LEAST_MATERIAL, Locked,

@@ -34,6 +34,8 @@ pub struct Yarn {
     pub last: u32,
     /// Number of strands.
     pub strands: u32,
+    /// Whether its bends jam, as those of knitted cloth do.
+    pub jams: bool,
 }
 
 /// What holds the yarns of a node together.
@@ -240,6 +242,7 @@ impl NetworkBuilder {
                 held: visit.held || k == 0 || k + 1 == count,
             });
         }
+        let knitted = !self.stitches.is_empty();
         let mut first = 0u32;
         let yarns = self.yarns.iter().map(|(material, visits)| {
             let count = visits.len() as u32;
@@ -248,6 +251,7 @@ impl NetworkBuilder {
                 first: place[first as usize],
                 last: place[(first + count - 1) as usize],
                 strands: count,
+                jams: knitted,
             };
             first += count;
             yarn

@@ -14,16 +14,17 @@ pub struct MassEvaluation<'a> {
     pub batch: &'a dyn MassBatch,
     /// Unknowns and rates at the start of the step.
     pub start: RatePoint<'a>,
-    /// `v_0 − (1 + dt α) v` [m/s].
-    pub change: &'a [f64],
-    /// Mass-proportional damping α [1/s].
-    pub damping: f64,
+    /// Rates `v` at which the impulse is asked for.
+    pub rates: &'a [f64],
+    /// Mass-proportional damping α of every stencil [1/s]; empty: none.
+    pub damping: &'a [f64],
     /// Length of the step [s].
     pub dt: f64,
 }
 
 impl MassEvaluation<'_> {
-    /// `out += M change + dt Q`, and `(1 + dt α) M` to a matrix.
+    /// `out += Σ M_e (v_0 − (1 + dt α_e) v) + dt Q`, and `(1 + dt α_e) M_e` to a
+    /// matrix.
     pub(super) fn run<T: Real>(
         &self,
         range: Range<usize>,
@@ -46,25 +47,39 @@ impl MassEvaluation<'_> {
                 .zip(m.chunks_exact(n * n))
             {
                 f.iter_mut().for_each(|f| *f *= self.dt);
-                self.add_product(e, m, f);
+                self.add_product(e, m, self.keep(e), f);
             }
             let points = self.start.layout.points;
             add_local(&self.batch, points, block.clone(), f, 1.0, out);
-            let scale = 1.0 + self.dt * self.damping;
-            matrix.add(&self.batch, block, m, scale);
+            // Stencils in a row that are damped alike, mostly all of them.
+            let mut from = block.start;
+            while from < block.end {
+                let keep = self.keep(from);
+                let to = (from..block.end).find(|e| self.keep(*e) != keep);
+                let to = to.unwrap_or(block.end);
+                let m = &m[(from - block.start) * n * n..(to - block.start) * n * n];
+                matrix.add(&self.batch, from..to, m, keep);
+                from = to;
+            }
         }
         kinetic
     }
 
-    /// `f += M_e change_e`
-    fn add_product(&self, e: usize, m: &[f64], f: &mut [f64]) {
+    /// `1 + dt α_e`
+    #[inline(always)]
+    fn keep(&self, e: usize) -> f64 {
+        1.0 + self.dt * self.damping.get(e).copied().unwrap_or(0.0)
+    }
+
+    /// `f += M_e (v_0 − keep v)`
+    fn add_product(&self, e: usize, m: &[f64], keep: f64, f: &mut [f64]) {
         let layout = self.start.layout;
         let n = f.len();
         let mut column = 0;
         for (&node, &dim) in self.batch.nodes(e).iter().zip(self.batch.node_dims()) {
             let from = layout.offset(node, dim);
             for k in 0..dim {
-                let w = self.change[from + k];
+                let w = self.start.v[from + k] - keep * self.rates[from + k];
                 for (r, f) in f.iter_mut().enumerate() {
                     *f += m[r * n + column + k] * w;
                 }

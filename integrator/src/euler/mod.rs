@@ -36,8 +36,8 @@ pub struct BackwardEuler {
     dv: Vec<f64>,
     b: Vec<f64>,
     b_try: Vec<f64>,
-    /// What [`MassEvaluation::change`] is, where inertia couples unknowns.
-    change: Vec<f64>,
+    /// What [`MassEvaluation::rates`] is, where inertia couples unknowns.
+    rates: Vec<f64>,
     energies: Vec<f64>,
     contact_energy: f64,
     /// Impulse that every pin takes of the last residual [N·s].
@@ -64,7 +64,7 @@ impl BackwardEuler {
             dv: Vec::new(),
             b: Vec::new(),
             b_try: Vec::new(),
-            change: Vec::new(),
+            rates: Vec::new(),
             energies: Vec::new(),
             contact_energy: 0.0,
             held: Vec::new(),
@@ -166,7 +166,7 @@ impl Integrator for BackwardEuler {
 
     fn heap_bytes(&self) -> usize {
         5 * size_of_val(self.q.as_slice())
-            + size_of_val(self.change.as_slice())
+            + size_of_val(self.rates.as_slice())
             + self.contacts.response.heap_bytes()
             + self.pieces.heap_bytes()
     }

@@ -37,8 +37,8 @@ impl BackwardEuler {
         ledger: &mut Ledger,
     ) -> Result<f64, StepError> {
         let at = end_point(state, &self.q, request.dt);
-        let (out, change) = (&mut self.b_try, &mut self.change);
-        inertial_impulse(plan, state, velocities, request.dt, out, change);
+        let (out, rates) = (&mut self.b_try, &mut self.rates);
+        inertial_impulse(plan, state, velocities, request.dt, out, rates);
         self.contact_energy =
             self.contacts
                 .add_impulse(&mut plan.contacts, &at, false, &mut self.b_try, ledger)?;
@@ -47,7 +47,7 @@ impl BackwardEuler {
             state,
             at,
             request,
-            &self.change,
+            &self.rates,
         );
         plan.system
             .add_impulse(&evaluation, &mut self.b_try, &mut self.energies, ledger);
@@ -75,7 +75,7 @@ impl BackwardEuler {
         extrapolate(&state.q, &self.v, None, request.dt, &mut self.q);
         let at = end_point(state, &self.q, request.dt);
         let v = (self.v.as_slice(), None);
-        inertial_impulse(plan, state, v, request.dt, &mut self.b, &mut self.change);
+        inertial_impulse(plan, state, v, request.dt, &mut self.b, &mut self.rates);
         self.contact_energy =
             self.contacts
                 .add_impulse(&mut plan.contacts, &at, true, &mut self.b, ledger)?;
@@ -84,7 +84,7 @@ impl BackwardEuler {
             state,
             at,
             request,
-            &self.change,
+            &self.rates,
         );
         plan.system.assemble(
             &evaluation,
@@ -155,14 +155,15 @@ impl BackwardEuler {
 }
 
 /// `out = M (v_0 − v − factor dv) + dt M g` of lumped masses, for velocities
-/// `v + factor dv`. Where inertia couples unknowns, `change` instead.
+/// `v + factor dv`. Where inertia couples unknowns, `rates`
+/// receives those velocities instead.
 fn inertial_impulse(
     plan: &ScenePlan,
     state: &State,
     (v, along): (&[f64], Option<(&[f64], f64)>),
     dt: f64,
     out: &mut [f64],
-    change: &mut Vec<f64>,
+    rates: &mut Vec<f64>,
 ) {
     let inertia = &plan.inertia;
     let gravity = inertia.gravity.map(|g| dt * g);
@@ -170,9 +171,8 @@ fn inertial_impulse(
     let (points, scalars) = out.split_at_mut(3 * inertia.masses.len());
     let (points, _) = points.as_chunks_mut::<3>();
     if inertia.coupled.is_some() {
-        let keep = 1.0 + dt * inertia.damping;
-        change.clear();
-        change.extend((0..v.len()).map(|i| state.v[i] - keep * at(i)));
+        rates.clear();
+        rates.extend((0..v.len()).map(at));
         for (out, &m) in points.iter_mut().zip(&inertia.masses) {
             *out = gravity.map(|g| m * g);
         }
@@ -196,13 +196,13 @@ fn inertial_impulse(
     }
 }
 
-/// What a system is evaluated at; `change` as in [`MassEvaluation`].
+/// What a system is evaluated at; `rates` as in [`MassEvaluation`].
 fn evaluation<'a>(
     (terms, inertia): (&'a [Term], &'a Inertia),
     state: &'a State,
     at: EvalPoint<'a>,
     request: StepRequest,
-    change: &'a [f64],
+    rates: &'a [f64],
 ) -> Evaluation<'a> {
     Evaluation {
         terms,
@@ -210,14 +210,14 @@ fn evaluation<'a>(
         stiffness: request.stiffness,
         masses: &inertia.masses,
         scalar_masses: &inertia.scalar_masses,
-        mass: mass_evaluation(inertia, state, change, request.dt),
+        mass: mass_evaluation(inertia, state, rates, request.dt),
     }
 }
 
 fn mass_evaluation<'a>(
     inertia: &'a Inertia,
     state: &'a State,
-    change: &'a [f64],
+    rates: &'a [f64],
     dt: f64,
 ) -> Option<MassEvaluation<'a>> {
     let batch = inertia.coupled.as_deref()?;
@@ -228,8 +228,8 @@ fn mass_evaluation<'a>(
             q: &state.q,
             v: &state.v,
         },
-        change,
-        damping: inertia.damping,
+        rates,
+        damping: &inertia.damping,
         dt,
     })
 }

@@ -78,8 +78,8 @@ impl StaticRest {
                 q: &state.q,
                 v: &self.zero,
             },
-            change: &self.zero,
-            damping: 0.0,
+            rates: &self.zero,
+            damping: &[],
             dt: h,
         });
         let evaluation = Evaluation {

@@ -17,10 +17,9 @@ pub(super) fn rows(
     let fabrics = &built.geometry.fabrics;
     let mut rows = Vec::new();
     let term = |name: &str| {
-        plan.terms.iter().find(|t| t.batch.name() == name).map(|t| {
-            let batch = t.batch.as_ref();
-            (batch.len(), batch.heap_bytes())
-        })
+        let named = plan.terms.iter().filter(|t| t.batch.name() == name);
+        let sizes = named.map(|t| (t.batch.len(), t.batch.heap_bytes()));
+        sizes.reduce(|a, b| (a.0 + b.0, a.1 + b.1))
     };
     let mut add = |name: &str, on: Option<(usize, usize)>, yes: String, no: &str| {
         rows.push(match on {
@@ -236,15 +235,22 @@ pub(super) fn rows(
             };
             add(name, term(name), yes.into(), no);
         }
-        let beta = yarns.map_or(0.0, |y| y.damping());
+        let [alpha, beta] = yarns.map_or([[0.0; 2]; 2], |y| y.damping());
+        let none = scene.damping.kind == DampingKind::None;
+        let some = alpha[1] > 0.0 || beta[1] > 0.0;
         // Part of the elastic terms' own stencils: no memory of its own.
         add(
             "yarn damping",
-            (beta > 0.0 && stage.statics.is_none()).then_some((0, 0)),
-            format!("{beta} s"),
+            (some && !none && stage.statics.is_none()).then_some((0, 0)),
+            format!(
+                "{} s of stiffness, {} 1/s of mass",
+                range(beta),
+                range(alpha)
+            ),
             match stage.statics {
                 Some(_) => "nothing moves in a static solve",
-                None => "`stiffness_damping` is zero in every yarn",
+                None if none => "`damping.kind` is \"none\"",
+                None => "`mass_damping` and `stiffness_damping` are zero in every yarn",
             },
         );
     }

@@ -8,6 +8,7 @@ mod contact;
 mod cuts;
 mod draped;
 mod effects;
+mod gauge;
 mod geometry;
 mod holds;
 mod passages;
@@ -161,7 +162,7 @@ impl BuiltScene {
         };
         let model_error = |e: selvedge_shell_model::ModelError| refuse(e.to_string());
         let dissipates = Dissipation {
-            damping: stage.statics.is_none(),
+            damping: damping != DampingKind::Off,
             friction: stage.friction,
         };
         let yarns = g.yarns.as_ref();

@@ -50,7 +50,7 @@ pub(super) fn network(
             let chart = &knit.chart;
             let pattern = match pattern_named(parsed, chart).map_err(|m| fail("chart", m))? {
                 Construction::Pattern(pattern) => pattern,
-                Construction::Chart(_) => {
+                Construction::Chart(..) => {
                     let message = format!("{chart} is of fixed size: a panel needs a repeat");
                     return Err(fail("chart", message));
                 }

@@ -2,20 +2,21 @@
 
 use std::path::Path;
 
-use selvedge_energy::{Batch, EnergyBatch, MassBatch};
+use selvedge_energy::{Batch, EnergyBatch, MassBatch, StencilEnergy};
 use selvedge_integrator::{Fixed, Inertia, Pins, Term};
 use selvedge_linsolve::BlockFilter;
-use selvedge_yarn_model::chart::{BUILT_IN_CHARTS, Chart, StitchPattern, read_knitout};
+use selvedge_yarn_model::chart::{BUILT_IN_CHARTS, Chart, Knitout, StitchPattern, read_knitout};
 use selvedge_yarn_model::knit::{KnitLoop, KnitOptions, LoopGraph, knitted_part};
 use selvedge_yarn_model::{
-    Draft, FrictionSettings, InertiaForce, JammingBending, LockedBending, LockedGravity,
+    Draft, FrictionSettings, InertiaForce, JammingBending, Locked, LockedBending, LockedGravity,
     LockedInertia, LockedStretch, ParallelYarns, PlainBending, RayleighDamping, SegmentInertia,
-    SlidingFriction, StitchLength, StitchWrapping, Woven, YarnGravity, YarnMaterial, YarnNetwork,
-    YarnShear, YarnStretch, lumped_point_masses, lumped_scalar_masses,
+    SlidingFriction, StitchLength, StitchWrapping, Woven, Yarn, YarnGravity, YarnMaterial,
+    YarnNetwork, YarnShear, YarnStretch, lumped_point_masses, lumped_scalar_masses,
+    segment_damping, stencil_damping,
 };
 
-use super::{rest_shape, yarn_panels};
-use crate::diagnostic::Diagnostics;
+use super::{gauge, rest_shape, yarn_panels};
+use crate::diagnostic::{Diagnostics, Finding, SourceText};
 use crate::driver::Progress;
 use crate::file::Parsed;
 use crate::file::model::{Cloth, ClothShape, RestShape, yarn_named};
@@ -30,12 +31,13 @@ pub struct YarnCloth {
 }
 
 /// Yarns of a piece of cloth, flat and centred in the x-z plane with the right
-/// side up; `None` for cloth of another kind.
+/// side up; `None` for cloth of another kind. Warnings go to the findings.
 pub(super) fn network(
     parsed: &Parsed,
     index: usize,
     cloth: &Cloth,
     progress: &mut (dyn Progress + Send),
+    findings: &mut Diagnostics,
 ) -> Option<Result<YarnNetwork, Diagnostics>> {
     let fail = |key: &str, message: String| {
         let path = format!("cloth.{index}.{key}");
@@ -43,6 +45,7 @@ pub(super) fn network(
     };
     let yarn =
         |key: &str, name: &str| find_yarn(parsed, name).map_err(|message| fail(key, message));
+    gauge::examine(parsed, index, cloth, findings);
     let built = match &cloth.shape {
         ClothShape::Knit {
             chart,
@@ -59,7 +62,20 @@ pub(super) fn network(
                 let of = relaxed_options(parsed, chart, &options);
                 options = of.map_err(|m| fail("rest_shape", m))?;
             }
-            let chart = chart_named(parsed, chart, *stitches).map_err(|m| fail("chart", m))?;
+            let chart = match pattern_named(parsed, chart).map_err(|m| fail("chart", m))? {
+                Construction::Pattern(pattern) => {
+                    let [width, rows] = *stitches;
+                    let of_size = pattern.chart_of(width, rows);
+                    of_size.map_err(|e| fail("chart", format!("{chart}: {e}")))?
+                }
+                Construction::Chart(fixed, warnings) => {
+                    findings.extend(warnings);
+                    if let Some(warning) = ignored_size(parsed, index, *stitches, &fixed) {
+                        findings.push(warning);
+                    }
+                    fixed
+                }
+            };
             // Row 0 of the loops is the cast-on, the last one the bind-off.
             let last = LoopGraph::new(&chart).loops.iter().map(|l| l.row).max();
             let kept = |l: &KnitLoop| *bind_off || Some(l.row) != last;
@@ -137,7 +153,7 @@ pub(super) fn relaxed_options(
 ) -> Result<KnitOptions, String> {
     match pattern_named(parsed, chart)? {
         Construction::Pattern(pattern) => rest_shape::relaxed(chart, &pattern, options),
-        Construction::Chart(_) => Err(format!(
+        Construction::Chart(..) => Err(format!(
             "{chart} is of fixed size: its loops can only be `laid`"
         )),
     }
@@ -146,22 +162,45 @@ pub(super) fn relaxed_options(
 /// Yarns of the library.
 const LIBRARY: [&str; 4] = ["sweater", "shirt", "pullover", "weaving"];
 
-fn chart_named(parsed: &Parsed, name: &str, [width, rows]: [usize; 2]) -> Result<Chart, String> {
-    let pattern = match pattern_named(parsed, name)? {
-        Construction::Pattern(pattern) => pattern,
-        Construction::Chart(chart) => return Ok(chart),
-    };
-    pattern
-        .chart_of(width, rows)
-        .map_err(|e| format!("{name}: {e}"))
+/// A warning where the scene asks for another size than a chart of fixed size has.
+fn ignored_size(
+    parsed: &Parsed,
+    index: usize,
+    [width, rows]: [usize; 2],
+    chart: &Chart,
+) -> Option<Finding> {
+    let path = format!("cloth.{index}.stitches");
+    let own = [chart.cast_on(), chart.rows().len()];
+    if own == [width, rows] || !parsed.locations.is_set(&path) {
+        return None;
+    }
+    let message = format!(
+        "[{width}, {rows}] is ignored: {} has a fixed size of [{}, {}]",
+        chart.name(),
+        own[0],
+        own[1]
+    );
+    let warning = parsed.locations.warning("scene::yarns", &path, message);
+    Some(warning.help("leave `stitches` out, or write the size of the file"))
+}
+
+/// A knitout file's chart, with its warnings where they stand.
+fn fixed(name: &str, text: &str, knitout: Knitout) -> Construction {
+    let source = SourceText::new(name, text);
+    let mut findings = Diagnostics::new();
+    for w in knitout.warnings {
+        let warning = Finding::warning("scene::knitout", name, w.message);
+        findings.push(warning.at(&source, w.at.span));
+    }
+    Construction::Chart(knitout.chart, findings)
 }
 
 /// What a chart's name stands for.
 pub(super) enum Construction {
     /// A pattern that repeats.
     Pattern(StitchPattern),
-    /// A chart of fixed size.
-    Chart(Chart),
+    /// A chart of fixed size, and what its file says that is left out.
+    Chart(Chart, Diagnostics),
 }
 
 pub(super) fn pattern_named(parsed: &Parsed, name: &str) -> Result<Construction, String> {
@@ -172,7 +211,7 @@ pub(super) fn pattern_named(parsed: &Parsed, name: &str) -> Result<Construction,
     let text = file_text(parsed, name, &BUILT_IN_CHARTS)?;
     if name.ends_with(".k") || name.ends_with(".knitout") || text.starts_with(";!knitout") {
         return read_knitout(&text)
-            .map(|k| Construction::Chart(k.chart))
+            .map(|k| fixed(name, &text, k))
             .map_err(|e| format!("{name}: {e}"));
     }
     let pattern = StitchPattern::parse(&text).map_err(|e| format!("{name}:{e}"))?;
@@ -272,56 +311,85 @@ impl Dissipation {
     };
 }
 
+/// Elastic terms, each with the damping of its yarns.
+struct Elastic<'a> {
+    network: &'a YarnNetwork,
+    damped: bool,
+    terms: Vec<Box<dyn EnergyBatch>>,
+}
+
+impl Elastic<'_> {
+    fn add<E, const N: usize, const M: usize>(&mut self, name: &str, energy: E)
+    where
+        E: StencilEnergy<N, M> + 'static,
+    {
+        let beta = stencil_damping(&energy, self.network);
+        self.push(Box::new(Batch::new(name, energy)), beta);
+    }
+
+    fn add_locked<E, const N: usize, const M: usize, const P: usize, const X: usize>(
+        &mut self,
+        name: &str,
+        energy: Locked<E, N, M, P, X>,
+    ) where
+        E: StencilEnergy<N, M> + 'static,
+    {
+        // Its points do not tell which of their yarns it is.
+        let beta = stencil_damping(energy.energy(), self.network);
+        self.push(Box::new(Batch::new(name, energy)), beta);
+    }
+
+    fn push(&mut self, batch: Box<dyn EnergyBatch>, beta: Vec<f64>) {
+        if batch.is_empty() {
+            return;
+        }
+        let damped = self.damped && beta.iter().any(|b| *b > 0.0);
+        self.terms.push(match damped {
+            true => Box::new(RayleighDamping::added_to(batch, beta)),
+            false => batch,
+        });
+    }
+}
+
 impl YarnCloth {
     /// Everything that the yarns call for, under gravity [m/s²].
     pub(super) fn parts(&self, gravity: [f64; 3], dissipates: Dissipation) -> YarnParts {
         let n = &self.network;
         let yarn = |of: fn(&YarnMaterial) -> f64| n.materials.iter().map(of).fold(0.0, f64::max);
         let knit = !n.stitches.is_empty();
-        let mut terms: Vec<Box<dyn EnergyBatch>> = Vec::new();
+        let mut elastic = Elastic {
+            network: n,
+            damped: dissipates.damping,
+            terms: Vec::new(),
+        };
         let pulled = gravity.iter().any(|g| *g != 0.0);
-        if self.sliding {
-            terms.push(Box::new(Batch::new("yarn stretch", YarnStretch::new(n))));
-        } else {
-            let stretch = LockedStretch::stretch(n);
-            terms.push(Box::new(Batch::new("yarn stretch", stretch)));
+        match self.sliding {
+            true => elastic.add("yarn stretch", YarnStretch::new(n)),
+            false => elastic.add_locked("yarn stretch", LockedStretch::stretch(n)),
         }
         if yarn(|m| m.bending_modulus) > 0.0 {
-            terms.push(match (self.sliding, knit) {
-                (true, true) => Box::new(Batch::new("yarn bending", JammingBending::new(n))),
-                (true, false) => Box::new(Batch::new("yarn bending", PlainBending::new(n))),
-                (false, true) => {
-                    let bending = LockedBending::<true>::bending(n);
-                    Box::new(Batch::new("yarn bending", bending))
-                }
-                (false, false) => {
-                    let bending = LockedBending::<false>::bending(n);
-                    Box::new(Batch::new("yarn bending", bending))
-                }
-            });
-        }
-        if knit && yarn(|m| m.wrapping) > 0.0 {
-            let wrapping = StitchWrapping::new(n);
-            terms.push(Box::new(Batch::new("stitch wrapping", wrapping)));
-        }
-        if !n.crossings.is_empty() && yarn(|m| m.shear_modulus) > 0.0 {
-            terms.push(Box::new(Batch::new("yarn shear", YarnShear::new(n))));
-        }
-        if self.sliding {
-            let parallel = ParallelYarns::new(n);
-            terms.push(Box::new(Batch::new("parallel yarns", parallel)));
-            if knit {
-                let length = StitchLength::new(n);
-                terms.push(Box::new(Batch::new("stitch length", length)));
+            let (jams, plain) = (|y: &Yarn| y.jams, |y: &Yarn| !y.jams);
+            if self.sliding {
+                elastic.add("yarn bending", JammingBending::of_yarns(n, jams));
+                elastic.add("yarn bending", PlainBending::of_yarns(n, plain));
+            } else {
+                let jamming = LockedBending::<true>::of_yarns(n, jams);
+                elastic.add_locked("yarn bending", jamming);
+                let plain = LockedBending::<false>::of_yarns(n, plain);
+                elastic.add_locked("yarn bending", plain);
             }
         }
-        terms.retain(|t| !t.is_empty());
-        let damping = self.damping();
-        if damping > 0.0 && dissipates.damping {
-            let damped =
-                |t| -> Box<dyn EnergyBatch> { Box::new(RayleighDamping::added_to(t, damping)) };
-            terms = terms.into_iter().map(damped).collect();
+        if knit && yarn(|m| m.wrapping) > 0.0 {
+            elastic.add("stitch wrapping", StitchWrapping::new(n));
         }
+        if !n.crossings.is_empty() && yarn(|m| m.shear_modulus) > 0.0 {
+            elastic.add("yarn shear", YarnShear::new(n));
+        }
+        if self.sliding {
+            elastic.add("parallel yarns", ParallelYarns::new(n));
+            elastic.add("stitch length", StitchLength::new(n));
+        }
+        let mut terms = elastic.terms;
         if self.sliding
             && dissipates.friction
             && let Some(friction) = SlidingFriction::new(n, FrictionSettings::default())
@@ -350,7 +418,10 @@ impl YarnCloth {
                     false => Vec::new(),
                 },
                 coupled: Some(coupled),
-                damping: yarn(|m| m.mass_damping),
+                damping: match dissipates.damping {
+                    true => segment_damping(n),
+                    false => Vec::new(),
+                },
                 ..Inertia::default()
             },
             owners: match self.sliding {
@@ -360,10 +431,15 @@ impl YarnCloth {
         }
     }
 
-    /// Damping in proportion to stiffness, the largest of any yarn [s].
-    pub(super) fn damping(&self) -> f64 {
-        let all = self.network.materials.iter().map(|m| m.stiffness_damping);
-        all.fold(0.0, f64::max)
+    /// Least and largest damping of the yarns in proportion to mass [1/s] and to
+    /// stiffness [s].
+    pub(super) fn damping(&self) -> [[f64; 2]; 2] {
+        let of: [fn(&YarnMaterial) -> f64; 2] = [|m| m.mass_damping, |m| m.stiffness_damping];
+        of.map(|of| {
+            let all = self.network.materials.iter().map(of);
+            let low = all.clone().fold(f64::INFINITY, f64::min);
+            [low, all.fold(0.0, f64::max)]
+        })
     }
 
     /// Friction coefficient of the yarn at every point.

@@ -79,7 +79,6 @@ pub struct Compression {
     strands: Vec<Fibre>,
     kinds: Vec<Kind>,
     wraps: Wraps,
-    jamming: bool,
     // What `update` writes.
     normal: Vec<V>,
     places: Vec<V>,
@@ -93,6 +92,8 @@ struct Fibre {
     prev: u32,
     next: u32,
     kind: u32,
+    /// Whether bends of its yarn jam.
+    jams: bool,
 }
 
 /// What compression needs of a material.
@@ -122,6 +123,7 @@ impl Compression {
             prev: s.prev,
             next: s.next,
             kind: network.yarns[s.yarn as usize].material,
+            jams: network.yarns[s.yarn as usize].jams,
         });
         let kinds = network.materials.iter().map(|m| Kind {
             radius: settings.crimp * m.radius,
@@ -134,8 +136,6 @@ impl Compression {
             strands: strands.collect(),
             kinds: kinds.collect(),
             wraps: Wraps::new(network),
-            // Bends of knits jam, those of wovens do not.
-            jamming: !network.stitches.is_empty(),
             lambda: vec![0.0; normals.len()],
             normals,
             normal,
@@ -191,7 +191,7 @@ impl Compression {
             .enumerate()
             .with_min_len(GRAIN)
             .for_each(|(s, part)| {
-                *part = match self.jamming {
+                *part = match self.strands[s].jams {
                     true => self.part::<true>(s, points, arcs),
                     false => self.part::<false>(s, points, arcs),
                 }

@@ -6,7 +6,7 @@ use super::angle::{Angle, AngleBlocks};
 use super::ramp::{JAM_FACTOR, ramp};
 use super::{CROSSED, crossed};
 use crate::vec3::{V, get, put, put_both, put_column, set};
-use crate::{NONE, YarnNetwork};
+use crate::{NONE, Yarn, YarnNetwork};
 
 /// Angle past which loops jam [rad] [Cirio2017].
 pub const JAM_ANGLE: f64 = FRAC_PI_2;
@@ -60,9 +60,15 @@ pub type JammingBending = YarnBending<true>;
 impl<const JAMMING: bool> YarnBending<JAMMING> {
     /// Every three consecutive nodes of every yarn.
     pub fn new(network: &YarnNetwork) -> Self {
+        Self::of_yarns(network, |_| true)
+    }
+
+    /// Every three consecutive nodes of some of the yarns.
+    pub fn of_yarns(network: &YarnNetwork, of: impl Fn(&Yarn) -> bool) -> Self {
         let mut stencils = Vec::new();
         let mut stiffness = Vec::new();
-        for yarn in 0..network.yarns.len() as u32 {
+        let yarns = 0..network.yarns.len() as u32;
+        for yarn in yarns.filter(|y| of(&network.yarns[*y as usize])) {
             for s in network.along(yarn) {
                 let strand = &network.strands[s as usize];
                 if strand.prev == NONE || strand.next == NONE {

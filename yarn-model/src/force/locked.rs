@@ -1,7 +1,7 @@
 use selvedge_energy::{Curvature, EvalPoint, StencilEnergy};
 
 use super::{YarnBending, YarnGravity, YarnStretch};
-use crate::YarnNetwork;
+use crate::{Yarn, YarnNetwork};
 
 /// An energy of `P` points and sliding arc lengths, with the arc lengths frozen
 /// as they are at rest: only the `X = 3 P` unknowns of its points remain.
@@ -49,6 +49,11 @@ where
             points,
             arcs: network.strands.iter().map(|s| s.arc).collect(),
         }
+    }
+
+    /// The energy with its arc lengths.
+    pub fn energy(&self) -> &E {
+        &self.energy
     }
 
     /// All unknowns of stencil `e`.
@@ -130,6 +135,11 @@ impl<const JAMMING: bool> LockedBending<JAMMING> {
     /// Every three consecutive nodes of every yarn of a network.
     pub fn bending(network: &YarnNetwork) -> Self {
         Self::new(YarnBending::new(network), network)
+    }
+
+    /// Every three consecutive nodes of some of the yarns.
+    pub fn of_yarns(network: &YarnNetwork, of: impl Fn(&Yarn) -> bool) -> Self {
+        Self::new(YarnBending::of_yarns(network, of), network)
     }
 }
 

@@ -46,7 +46,7 @@ pub(super) fn add_cloth(
     let fail = |key: &str, message: String| {
         Diagnostics::from(parsed.locations.error("scene::cloth", &path(key), message))
     };
-    if let Some(network) = yarns::network(parsed, index, cloth, progress) {
+    if let Some(network) = yarns::network(parsed, index, cloth, progress, findings) {
         return match network {
             Ok(network) => add_yarns(cloth, network, draft),
             Err(errors) => findings.extend(errors),

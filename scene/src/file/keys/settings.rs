@@ -14,10 +14,13 @@ pub(super) static DAMPING: Table = Table::new(
                     "incremental",
                     "a potential of the strain gained in the step: variational",
                 ),
-                ("none", "no dissipation in the fabric, no drag"),
+                (
+                    "none",
+                    "no dissipation in the fabric, no drag, no damping of yarns",
+                ),
             ]),
             "\"rate\"",
-            "Form of the dissipation.",
+            "Form of the dissipation. Yarns have one, a potential of the step, under `rate` and `incremental` alike.",
         ),
         optional(
             "drag",

@@ -186,7 +186,7 @@ pub enum DampingKind {
     Rate,
     /// A potential of the strain gained in the step: variational.
     Incremental,
-    /// No dissipation in the fabric, no drag.
+    /// No dissipation in the fabric, no drag, no damping of yarns.
     None,
 }
 
