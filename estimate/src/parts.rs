@@ -12,7 +12,7 @@ pub const EFFECTIVITY: [Effectivity; 2] = [
     },
     Effectivity {
         case: "falling square",
-        value: 1.0,
+        value: 1.06,
     },
 ];
 

@@ -1,12 +1,10 @@
 //! The scenes of `scenes/yarn` do what their descriptions say.
 
-mod runs;
-
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
-use runs::{options, uninterrupted};
 use selvedge_scene::build::BuiltScene;
-use selvedge_scene::driver::RunResult;
+use selvedge_scene::driver::{self, RunOptions, RunResult, Silent};
 use selvedge_scene::file;
 use selvedge_scene::summary::{Status, TopologySummary};
 
@@ -17,7 +15,14 @@ fn run(name: &str) -> (BuiltScene, RunResult) {
     let parsed = file::read(&path.join(name), &quiet).expect("a scene");
     let built = BuiltScene::new(parsed).expect("cloth");
     let folder = tempfile::tempdir().expect("a folder");
-    let result = uninterrupted(&built, &options("", folder.path(), false));
+    let options = RunOptions {
+        directory: folder.path().to_owned(),
+        resume: false,
+        scene_text: String::new(),
+        version: "test".to_owned(),
+    };
+    let never = AtomicBool::new(false);
+    let result = driver::run(&built, &options, &mut Silent, &never).expect("a run");
     let status = result.summary.status;
     assert!(
         matches!(status, Status::Finished | Status::Converged),
@@ -52,12 +57,35 @@ fn fray_loses_two_wefts() {
     assert!(events(&result).released >= 32, "{:?}", events(&result));
 }
 
-/// Three wales are cut, and loops above come free.
+/// Three wales are cut, and a hole opens.
 #[test]
-fn cut_begins_a_ladder() {
-    let (_, result) = run("cut.toml");
-    let events = events(&result);
-    assert!(events.cut >= 6 && events.drawn >= 2, "{events:?}");
+fn cut_opens_a_hole() {
+    let (built, result) = run("cut.toml");
+    assert!(events(&result).cut >= 6, "{:?}", events(&result));
+    let start = built.geometry.flat_to_scene(&built.geometry.start().q);
+    let (start, end) = (widest_gap(&start), widest_gap(&result.positions));
+    println!("{start} m, {end} m");
+    assert!(end > 2.0 * start && end > 5e-3, "{start} {end}");
+}
+
+/// Radius of the largest disc in the middle half of a flat patch without a point [m].
+fn widest_gap(positions: &[f64]) -> f64 {
+    let points = positions.as_chunks::<3>().0;
+    let [x, z] = [0, 2].map(|k| {
+        let all = || points.iter().map(move |p| p[k]);
+        [
+            all().fold(f64::INFINITY, f64::min),
+            all().fold(f64::NEG_INFINITY, f64::max),
+        ]
+    });
+    let at = |[low, high]: [f64; 2], n: u32| low + (high - low) * (0.25 + 0.01 * f64::from(n));
+    let gap = |x: f64, z: f64| {
+        let away = points.iter().map(|p| (p[0] - x).hypot(p[2] - z));
+        away.fold(f64::INFINITY, f64::min)
+    };
+    let grid = (0..=50).flat_map(|i| (0..=50).map(move |j| (i, j)));
+    grid.map(|(i, j)| gap(at(x, i), at(z, j)))
+        .fold(0.0, f64::max)
 }
 
 /// The yarn whose crossing is drawn out draws its free ends in, its neighbours less.

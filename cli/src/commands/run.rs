@@ -216,6 +216,15 @@ fn simulate(
             "--resume needs the recording, and `output.recording` is false".to_owned(),
         ));
     }
+    let asked = accuracy.estimate_error || accuracy.target_error.is_some();
+    let yarns = parsed.scene.cloth.iter().find(|c| c.is_of_yarns());
+    if let Some(cloth) = yarns.filter(|_| asked) {
+        return Err(Failure::Usage(format!(
+            "`{}` is made of yarns, and errors are estimated by coarser meshes, which it has not: \
+             `selvedge study` tells what its steps and tolerances change",
+            cloth.name
+        )));
+    }
     if let Some(error) = accuracy.target_error {
         let target = Target {
             error,
