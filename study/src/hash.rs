@@ -146,6 +146,7 @@ mod tests {
         fs::write(&mesh, OBJ).unwrap();
         assert_eq!(hash(&scene, &[], false, "1"), base);
     }
+
     /// Charts, knitout files and drafts count by their contents; what is built
     /// in is a name, whatever lies beside the scene.
     #[test]
